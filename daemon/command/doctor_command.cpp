@@ -31,7 +31,8 @@ ordered_json resolved(const config::ServiceConfig& service, const LinkSpec& link
           {"link", describe(link)},
           {"spool", service.spool},
           {"socket", service.socket},
-          {"watch", service.watch}};
+          {"watch", service.watch},
+          {"queue", config::shown_queue(service.queue.url)}};
 }
 
 /// The machine's own status: no command that moves anything.

@@ -27,6 +27,7 @@
 #include "daemon/command/post_command.h"
 #include "daemon/command/send_command.h"
 #include "daemon/command/service_command.h"
+#include "daemon/command/shop_command.h"
 #include "daemon/command/suggest_command.h"
 #include "daemon/command/support_command.h"
 #include "daemon/command/tool_command.h"
@@ -168,6 +169,7 @@ int run(int argc, char** argv) {
   const InitCommand beginning(app);
   const ToolsCommand tools(app);
   ServiceCommands service(app);
+  const ShopCommand shop(app);
   const ToolCommand tool_change(app);
   const DoctorCommand doctor(app, config::version());
   const MetricsCommand metrics(app, config::version());
@@ -185,6 +187,7 @@ int run(int argc, char** argv) {
   if (verify->parsed()) return complain(hand_over("tiltfeed-sim", {"verify"}, verify->remaining()));
   if (desk->parsed()) return complain(hand_over("tiltfeed-desk", {}, desk->remaining()));
   if (const std::optional<int> status = service.run()) return *status;
+  if (shop.called()) return shop.run();
   if (tool_change.called()) return tool_change.run();
   if (send->parsed()) {
     if (send->count("--tool-length") > 0)

@@ -13,7 +13,7 @@
 #include "daemon/command/command.h"
 #include "daemon/command/doctor_command.h"
 #include "daemon/command/service_talk.h"
-#include "daemon/command/submission.h"
+#include "daemon/command/submit_command.h"
 #include "daemon/machine/machine_place.h"
 #include "daemon/machine/tool_guide.h"
 #include "daemon/service/api.h"
@@ -88,10 +88,11 @@ void print_job(const ordered_json& job) {
 }  // namespace
 
 struct ServiceCommands::Options {
-  CLI::App *serve = nullptr, *safe_stop = nullptr, *submit = nullptr, *list = nullptr, *show = nullptr,
-           *start = nullptr, *hold = nullptr, *resume = nullptr, *stop = nullptr, *remove = nullptr,
-           *watch = nullptr, *override_feed = nullptr, *reset = nullptr, *backup = nullptr;
-  std::string config, socket, file, name, link, machine, to;
+  CLI::App *serve = nullptr, *safe_stop = nullptr, *list = nullptr, *show = nullptr, *start = nullptr,
+           *hold = nullptr, *resume = nullptr, *stop = nullptr, *remove = nullptr, *watch = nullptr,
+           *override_feed = nullptr, *reset = nullptr, *backup = nullptr;
+  std::unique_ptr<SubmitCommand> submit;
+  std::string config, socket, link, machine, to;
   std::uint64_t job = 0, block = 0, from = 0;
   int percent = 100;
   bool yes = false, queue = false, as_json = false, check = false;
@@ -100,7 +101,6 @@ struct ServiceCommands::Options {
   int simple(ApiOp op);
   int tell(const ordered_json& answer, const std::string& text) const;
   int tell_taken(const Result<ordered_json>& answer, const std::string& taken) const;
-  int run_submit();
   int run_list();
   int run_show();
   int run_resume();
@@ -141,9 +141,7 @@ ServiceCommands::ServiceCommands(CLI::App& app) : options_(std::make_unique<Opti
     command->add_option("JOB", o.job, "its number; else the job on the machine")->check(above_zero);
     return command;
   };
-  o.submit = client("submit", "hand a job (YAML) or a program (G-code) to the service", false);
-  o.submit->add_option("FILE", o.file, "job file, or program (.nc, .ngc, .gcode, .tap)")->required();
-  o.submit->add_option("--name", o.name, "for people; default: the file's");
+  o.submit = std::make_unique<SubmitCommand>(app);
   o.list = client("list", "the jobs of the service", false);
   o.show = client("show", "one job, and what a block of it is", true);
   o.show->add_option("--block", o.block, "from the block back to the part");
@@ -197,18 +195,6 @@ int ServiceCommands::Options::tell(const ordered_json& answer, const std::string
   return kExitDone;
 }
 
-int ServiceCommands::Options::run_submit() {
-  const Result<Submission> submission = Submission::open(file);
-  if (!submission) return complain(submission.error());
-  ApiRequest request;
-  request.op = ApiOp::kSubmit;
-  request.program = submission->program;
-  request.name = name.empty() ? submission->name : name;
-  const Result<ordered_json> answer = ask(request, submission->files);
-  if (!answer) return complain(answer.error());
-  return tell(*answer, std::to_string(answer->value("job", std::uint64_t{0})));
-}
-
 int ServiceCommands::Options::run_list() {
   ApiRequest request;
   request.op = ApiOp::kList;
@@ -225,6 +211,7 @@ int ServiceCommands::Options::run_list() {
   if (!answer) return complain(answer.error());
   if (as_json) return tell(*answer, "");
   std::cout << answer->value("machine", "") << " at " << answer->value("link", "") << "\n";
+  if (answer->contains("shop")) std::cout << "shop's queue: " << answer->value("shop", "") << "\n";
   for (const ordered_json& one : (*answer)["jobs"]) print_job(one);
   return kExitDone;
 }
@@ -391,7 +378,7 @@ std::optional<int> ServiceCommands::run() {
   }
   if (o.safe_stop->parsed()) return o.run_safe_stop();
   if (o.backup->parsed()) return o.run_backup();
-  if (o.submit->parsed()) return o.run_submit();
+  if (o.submit->called()) return o.submit->run();
   if (o.list->parsed()) return o.run_list();
   if (o.show->parsed()) return o.run_show();
   if (o.resume->parsed()) return o.run_resume();

@@ -78,8 +78,9 @@ void JobService::tell_mark() const {
 Result<void> JobService::reload(const config::ServiceConfig& config) {
   const Result<LinkSpec> link = parse_link(config.link, config.machine.wire, &config.machine.model);
   if (!link) return tl::unexpected<Error>(link.error());
-  if (config.spool != config_.spool || config.socket != config_.socket)
-    return fail(Code::kUsage, config.path + ": spool and socket change with a restart only");
+  if (config.spool != config_.spool || config.socket != config_.socket ||
+      config.queue.url != config_.queue.url)
+    return fail(Code::kUsage, config.path + ": spool, socket and queue change with a restart only");
   if (busy() && config.link != config_.link)
     return fail(Code::kUsage,
                 config.path + ": link changes when nothing is on the machine; nothing is changed");
@@ -205,6 +206,7 @@ Result<std::string> JobService::list(std::uint64_t after) const {
   ordered_json json = good();
   json["machine"] = config_.machine.model.name;
   json["link"] = describe(link_);
+  if (!config_.queue.url.empty()) json["shop"] = shop_text_;
   json["jobs"] = ordered_json::array();
   const std::vector<std::uint64_t> waiting = queue();
   for (const SpooledJob& job : *jobs) json["jobs"].push_back(ordered_json::parse(job_json(job, waiting)));
@@ -253,6 +255,7 @@ std::string JobService::job_json(const SpooledJob& job, const std::vector<std::u
   ordered_json json = {{"job", job.id},           {"name", job.name},         {"state", shown_state(job)},
                        {"note", shown_note(job)}, {"blocks", job.total},      {"executed", job.executed},
                        {"user", job.user},        {"submitted", job.created}, {"sha256", job.hash}};
+  if (!job.shop.empty()) json["shop"] = job.shop;
   if (arrivals_.is_arriving(job.id)) json["state"] = "arriving", json["note"] = "its files are being copied";
   if (const auto at = std::find(queue.begin(), queue.end(), job.id); at != queue.end()) {
     json["queue"] = at - queue.begin() + 1;
@@ -368,6 +371,7 @@ void JobService::tick() {
   start_next();
   plan_next();
   tidy();
+  if (shop_wake_ && spool_.shop().has_news()) shop_wake_();
   if (!config_.watch.empty()) look_into_watch_folder();
 }
 

@@ -17,6 +17,7 @@
 #include "daemon/service/notify.h"
 #include "daemon/service/planner.h"
 #include "daemon/service/spool.h"
+#include "daemon/service/spool_shop.h"
 #include "daemon/service/spooled_run.h"
 #include "daemon/service/stream_thread.h"
 #include "daemon/service/watched_folder.h"
@@ -53,6 +54,15 @@ class JobService {
   bool in_work() const { return !errands_.empty() || !arrivals_.empty(); }
   /// A new configuration; the machine's wire and profile take effect with the next job. Errors: kUsage.
   Result<void> reload(const config::ServiceConfig& config);
+
+  /// What the shop's thread asks, each as ShopLedger says. `done` gets no text.
+  Result<LocalShop> read_shop();
+  SpoolShop shop_record() const { return spool_.shop(); }
+  void take_from_shop(const ShopJob& job, HandedFiles files, Done done);
+  Result<void> overrule(const std::string& shop_job, const std::string& why);
+  void show_shop(const std::string& text) { shop_text_ = text; }
+  /// `wake` is called while something is not told to the shop yet.
+  void on_shop_news(std::function<void()> wake) { shop_wake_ = std::move(wake); }
 
   bool busy() const { return runner_->busy() || worker_->busy(); }
   /// The run on the machine has come to its end; the next tick takes it.
@@ -165,6 +175,8 @@ class JobService {
   SeenFiles seen_;                                   ///< in it
   std::string watch_trouble_;                        ///< with it, as it was said last
   std::chrono::steady_clock::time_point watch_due_;  ///< when it is looked into again
+  std::function<void()> shop_wake_;                  ///< empty: no shop
+  std::string shop_text_ = "not connected yet";      ///< how it stands with the shop's database
   /// The next in the queue starts at the end of the run. Never kept over a restart.
   bool queue_moves_ = false;
 };

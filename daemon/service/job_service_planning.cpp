@@ -6,6 +6,13 @@
 
 namespace tiltfeed::daemon {
 
+namespace {
+
+/// While it was planned or checked, which ends in this state, too, but has not yet.
+bool given_up(const SpooledJob& job) { return job.state == JobState::kFailed; }
+
+}  // namespace
+
 void JobService::plan_failed(SpooledJob job, const std::string& why) {
   if (job.place > 0) stand_still(job.id, "job " + std::to_string(job.id) + " cannot be planned");
   job.place = 0;
@@ -16,7 +23,7 @@ void JobService::take_plan_end() {
   const std::optional<Result<void>> ended = check_plan(plan_);
   if (!ended) return;
   Result<SpooledJob> job = spool_.find(plan_.job);
-  if (!job) return;
+  if (!job || given_up(*job)) return;
   if (!*ended) return plan_failed(*job, ended->error().message);
   check_.start(spool_.file(job->id, "program.nc"), link_, job->id);
 }
@@ -25,7 +32,7 @@ void JobService::take_check_end() {
   const std::optional<Result<ProgramRun>> run = check_.take();
   if (!run) return;
   Result<SpooledJob> job = spool_.find(check_.job());
-  if (!job) return;  // removed meanwhile
+  if (!job || given_up(*job)) return;  // removed meanwhile, or the shop has taken it back
   if (!*run) return plan_failed(*job, run->error().message);
   job->total = (*run)->subject.total;
   job->hash = hex((*run)->subject.program);

@@ -12,6 +12,9 @@
 
 #include "daemon/service/api_socket.h"
 #include "daemon/service/job_service_thread.h"
+#include "daemon/service/shop_gate.h"
+#include "daemon/shop/pg_connection.h"
+#include "daemon/shop/shop_thread.h"
 
 namespace tiltfeed::daemon {
 
@@ -120,19 +123,38 @@ Result<void> serve(const std::string& config_path) {
   ::umask(::umask(0) | S_IWGRP | S_IRWXO);
   const Result<config::ServiceConfig> config = config::load_service_config(config_path);
   if (!config) return tl::unexpected<Error>(config.error());
+  if (!config->queue.url.empty())
+    if (const Result<void> good = check_pg_url(config->queue.url); !good)
+      return fail(good.error().code, config_path + ": queue: " + good.error().message);
   const Signals signals;  // before any thread is started, so that all of them leave signals to this one
   Watchdog watchdog;
   Result<JobService> jobs = JobService::open(*config, [&watchdog] { watchdog.feed(); });
   if (!jobs) return tl::unexpected<Error>(jobs.error());
   Result<ApiSocket> socket = ApiSocket::open(config->socket);
   if (!socket) return tl::unexpected<Error>(socket.error());
+  // Before the job service's thread, so that the machine is held first when the service ends.
+  ShopGate gate(config->spool, config->machine.model.name);
+  std::optional<ShopThread> shop;
+  if (!config->queue.url.empty())
+    jobs->on_shop_news([&shop] {
+      if (shop) shop->wake();
+    });
   JobServiceThread thread(*jobs, [&watchdog] { watchdog.feed(); });
+  gate.open(thread);
+  if (!config->queue.url.empty())
+    thread.post([&](JobService&) { shop.emplace(config->queue.url, gate.ledger()); });
   Front front(*jobs, thread, *socket);
   notify("READY=1\nSTATUS=idle");
   for (;;) {
     front.turn(signals.fd);
     const int signal = signals.next();
-    if (signal == SIGTERM || signal == SIGINT) return {};
+    if (signal == SIGTERM || signal == SIGINT) {
+      thread.post([&shop](JobService&) {
+        if (shop) shop->end();
+      });
+      gate.close();
+      return {};
+    }
     if (signal == SIGHUP) thread.post([&](JobService& at) { reload(config_path, at); });
   }
 }

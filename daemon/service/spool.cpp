@@ -27,7 +27,7 @@ constexpr const char* kStateNames[] = {"received",  "planning", "ready",   "runn
 constexpr int kBusyWaitMs = 2000;  // somebody looks into the table with another program
 
 constexpr const char* kJobColumns =
-    "id, name, program, state, note, total, executed, hash, user, created, place";
+    "id, name, program, state, note, total, executed, hash, user, created, place, shop";
 
 struct Descriptor {
   int fd = -1;
@@ -145,13 +145,14 @@ Result<std::uint64_t> Spool::begin(const SpooledJob& job) {
   }
   SpoolStatement insert;
   if (!table_->prepare(insert,
-                       "INSERT INTO jobs (name, program, state, note, total, executed, hash, user, created) "
-                       "VALUES (?, ?, 'failed', 'not received whole', 0, 0, '', ?, ?)"))
+                       "INSERT INTO jobs (name, program, state, note, total, executed, hash, user, created, "
+                       "shop) VALUES (?, ?, 'failed', 'not received whole', 0, 0, '', ?, ?, ?)"))
     return tl::unexpected<Error>(table_->error(folder_));
   insert.bind(1, plain_name(job.name));
   insert.bind(2, std::uint64_t{job.program});
   insert.bind(3, std::uint64_t{job.user});
   insert.bind(4, static_cast<std::uint64_t>(std::time(nullptr)));
+  insert.bind(5, job.shop);
   if (sqlite3_step(insert.s) != SQLITE_DONE) return tl::unexpected<Error>(table_->error(folder_));
   const auto id = static_cast<std::uint64_t>(sqlite3_last_insert_rowid(table_->db));
   std::error_code made;
@@ -202,8 +203,9 @@ void Spool::save_remembered() {
 
 Result<std::vector<SpooledJob>> Spool::select(const std::string& which) const {
   SpoolStatement rows;
-  if (!table_->prepare(rows, std::string("SELECT ") + kJobColumns + " FROM jobs " + which))
-    return tl::unexpected<Error>(table_->error(folder_));
+  std::string query("SELECT ");
+  query.append(kJobColumns).append(" FROM jobs ").append(which);
+  if (!table_->prepare(rows, query)) return tl::unexpected<Error>(table_->error(folder_));
   std::vector<SpooledJob> jobs;
   int step = 0;
   while ((step = sqlite3_step(rows.s)) == SQLITE_ROW) {
@@ -219,6 +221,7 @@ Result<std::vector<SpooledJob>> Spool::select(const std::string& which) const {
     job.user = static_cast<std::uint32_t>(rows.number(8));
     job.created = static_cast<std::int64_t>(rows.number(9));
     job.place = rows.number(10);
+    job.shop = rows.text(11);
     if (const auto newer = remembered_.find(job.id); newer != remembered_.end()) job = newer->second;
     jobs.push_back(std::move(job));
   }

@@ -17,6 +17,7 @@
 namespace tiltfeed::daemon {
 
 struct SpoolTable;
+class SpoolShop;
 
 enum class JobState : std::uint8_t {
   kReceived,     ///< to be planned
@@ -47,6 +48,7 @@ struct SpooledJob {
   std::int64_t created = 0;  ///< seconds since 1970
   /// Among the jobs that wait for their turn on the machine, the lowest first; 0: waits for none.
   std::uint64_t place = 0;
+  std::string shop = {};     ///< id in the shop's queue that it came from; empty: it was submitted here
   std::string unsaved = {};  ///< why the table does not have all this yet; empty: it does
 };
 /// Done, stopped or failed, and it waits for no turn: nothing is left to do with it.
@@ -88,6 +90,8 @@ class Spool {
   Result<std::vector<SpooledJob>> queue() const;
   /// Errors: kUsage when there is none; kIo.
   Result<SpooledJob> find(std::uint64_t id) const;
+  /// The job that came from the shop's queue under this id; nothing: none is here. Errors: kIo.
+  Result<std::optional<SpooledJob>> find_shop(const std::string& id) const;
   /// State, note, counts, hash and place, all or nothing. Errors: kIo.
   Result<void> update(const SpooledJob& job);
   /// What is so although the table could not take it (a full disk): told in its place until it can be
@@ -116,6 +120,9 @@ class Spool {
   Result<int> forget_runs(std::int64_t when);
   /// All jobs, with the bytes of their files. Errors: kIo.
   Result<std::vector<KeptJob>> kept() const;
+
+  /// What is kept of the shop's jobs. Requires: not used longer than the spool.
+  SpoolShop shop() const;
 
   /// FOLDER/jobs/ID, and files in it: job.yaml part.stl program.nc report.json block.map journal ...
   std::string folder_of(std::uint64_t id) const;

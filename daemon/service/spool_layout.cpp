@@ -34,6 +34,32 @@ constexpr const char* kRuns =
 /// Version 5: of a run how long its controller starved.
 constexpr const char* kStarved = "ALTER TABLE runs ADD COLUMN starved_seconds REAL";
 
+/// Version 6: jobs of the shop's queue, kept for ever under their ids, so that none comes twice. `changed`
+/// counts what became of one here, `told` is how much of that the shop's database has. States before the
+/// job is in the spool: claimed, accepted; dropped: it went elsewhere; spoiled: its files could not be had.
+/// overruled: it must not begin here.
+/// The triggers count in the transaction that changes the job itself.
+constexpr const char* kShopColumn = "ALTER TABLE jobs ADD COLUMN shop TEXT NOT NULL DEFAULT ''";
+constexpr const char* kShop =
+    "CREATE UNIQUE INDEX IF NOT EXISTS jobs_shop ON jobs (shop) WHERE shop <> '';"
+    "CREATE TABLE IF NOT EXISTS shop_self (one INTEGER PRIMARY KEY CHECK (one = 1), machine TEXT NOT NULL, "
+    "shop TEXT NOT NULL DEFAULT '', epoch INTEGER NOT NULL DEFAULT 0, epoch_id TEXT NOT NULL DEFAULT '', "
+    "token INTEGER NOT NULL DEFAULT 0, serial INTEGER NOT NULL DEFAULT 0);"
+    "CREATE TABLE IF NOT EXISTS shop_jobs (uuid TEXT PRIMARY KEY, epoch INTEGER NOT NULL, token INTEGER NOT "
+    "NULL, number INTEGER NOT NULL, name TEXT NOT NULL, program INTEGER NOT NULL, hash TEXT NOT NULL, bytes "
+    "INTEGER NOT NULL, part_hash TEXT NOT NULL, part_bytes INTEGER NOT NULL, state TEXT NOT NULL, note TEXT "
+    "NOT NULL DEFAULT '', blocks INTEGER NOT NULL DEFAULT 0, executed INTEGER NOT NULL DEFAULT 0, changed "
+    "INTEGER NOT NULL DEFAULT 0, told INTEGER NOT NULL DEFAULT 0);"
+    "CREATE INDEX IF NOT EXISTS shop_untold ON shop_jobs (uuid) WHERE changed > told;"
+    "CREATE INDEX IF NOT EXISTS shop_waiting ON shop_jobs (state) WHERE state IN ('claimed', 'accepted', "
+    "'received', 'planning', 'ready');"
+    "CREATE TRIGGER IF NOT EXISTS shop_changed AFTER UPDATE OF state ON jobs WHEN NEW.shop <> '' BEGIN "
+    "UPDATE shop_jobs SET state = NEW.state, note = NEW.note, blocks = NEW.total, executed = NEW.executed, "
+    "changed = changed + 1 WHERE uuid = NEW.shop AND state <> 'overruled'; END;"
+    "CREATE TRIGGER IF NOT EXISTS shop_removed AFTER DELETE ON jobs WHEN OLD.shop <> '' BEGIN "
+    "UPDATE shop_jobs SET state = 'removed', note = 'removed at the machine', changed = changed + 1 WHERE "
+    "uuid = OLD.shop AND state IN ('received', 'planning', 'ready'); END";
+
 tl::unexpected<Error> failed(sqlite3* db, const std::string& path) {
   return fail(Code::kIo, path + ": " + sqlite3_errmsg(db));
 }
@@ -72,6 +98,10 @@ Result<void> change(sqlite3* db, const std::string& path) {
   if (!answers(db, "SELECT starved_seconds FROM runs") &&
       sqlite3_exec(db, kStarved, nullptr, nullptr, nullptr) != SQLITE_OK)
     return failed(db, path);
+  if (!answers(db, "SELECT shop FROM jobs") &&
+      sqlite3_exec(db, kShopColumn, nullptr, nullptr, nullptr) != SQLITE_OK)
+    return failed(db, path);
+  if (sqlite3_exec(db, kShop, nullptr, nullptr, nullptr) != SQLITE_OK) return failed(db, path);
   const std::string mark = "PRAGMA user_version = " + std::to_string(kSpoolVersion);
   if (sqlite3_exec(db, mark.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) return failed(db, path);
   return {};

@@ -11,6 +11,7 @@ import subprocess
 import sys
 
 from service_run import ROOT, Run
+from shop_cluster import Cluster, is_here
 
 SILENT = {"desk", "mtconnect"}  # they serve until they are ended
 
@@ -44,16 +45,40 @@ def main():
 
     try:
         walk(run, ask)
+        if is_here():
+            walk_shop(run, ask)
         every = {words: text for words, text in leaves(run)}
         run.want(len(every) > 25, f"the subcommands are not understood: {sorted(every)}")
         for words, text in every.items():
             if words[0] not in SILENT:
                 run.want("--json" in text, f"{' '.join(words)} --help does not offer --json")
         left = {words for words in every if words[0] not in SILENT} - walked
+        if not is_here():
+            left = {words for words in left if words[0] != "shop"}
         run.want(not left, f"not walked: {sorted(left)}")
     finally:
         run.end()
     print(f"json: {len(walked)} subcommands, all as expected")
+
+
+def walk_shop(run, ask):
+    cluster = Cluster(durable=False)
+    cluster.start()
+    try:
+        shop = ["--shop", cluster.url()]
+        ask("shop", "init", *shop, words=2)
+        made = ask("submit", f"{run.work}/short.nc", *shop, "--machine", f"{ROOT}/config/machines/generic-ac.yaml", "--tool", "7")
+        run.want(made["needs"]["tools"] == [{"number": 7}] and not made["fits_one"] and made["why_not"], f"not that job: {made}")
+        again = ask("submit", f"{run.work}/short.nc", *shop, "--machine", f"{ROOT}/config/machines/generic-ac.yaml", "--id", made["id"])
+        run.want(again["job"] == made["job"], "one id made two jobs")
+        listed = ask("shop", "list", *shop, words=2)
+        run.want([job["state"] for job in listed["jobs"]] == ["open"] and listed["machines"] == [], f"not that queue: {listed}")
+        ask("shop", "withdraw", "1", *shop, words=2)
+        run.want(ask("shop", "list", *shop, words=2)["jobs"] == [], "a job that is withdrawn waits")
+        ask("shop", "release", "1", *shop, words=2)
+        run.want(ask("shop", "raise", "--yes", *shop, words=2)["epoch"] == 2, "not the next epoch")
+    finally:
+        cluster.end()
 
 
 def walk(run, ask):
@@ -106,6 +131,7 @@ def walk(run, ask):
         out.write("G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\nG93\n" + "".join(f"G1X{i % 97}F60\n" for i in range(5000)) + "G94\nM2\n")
     run.configure("grbl-tcp:" + run.simulate("--grbl-tcp", "127.0.0.1:0", "--speed", "1", "--probe-plate", "-820"))
     machine = ask("serve", "--check", "--config", f"{work}/service.yaml")
+    run.want(machine["queue"] == "", "a queue that nobody has named")
     run.want(machine["link"].startswith("grbl-tcp:127.0.0.1:") and machine["machine"] == "generic-ac", f"not that service: {machine}")
 
     def finding(what, *options):

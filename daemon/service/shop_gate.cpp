@@ -1,0 +1,161 @@
+#include "daemon/service/shop_gate.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+
+namespace tiltfeed::daemon {
+
+namespace {
+
+tl::unexpected<Error> over() { return fail(Code::kCancelled, "the service is ending"); }
+
+/// One answer, from another thread; when nobody holds its other end any more there will be none.
+template <class T>
+class Awaited {
+ public:
+  void give(Result<T> answer) {
+    const std::lock_guard lock(mutex_);
+    if (!answer_) answer_ = std::move(answer);
+    given_.notify_all();
+  }
+  Result<T> wait() {
+    std::unique_lock lock(mutex_);
+    given_.wait(lock, [this] { return answer_.has_value(); });
+    return std::move(*answer_);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable given_;
+  std::optional<Result<T>> answer_;
+};
+
+/// The end that is held by who is to answer.
+template <class T>
+class Owed {
+ public:
+  explicit Owed(std::shared_ptr<Awaited<T>> awaited) : awaited_(std::move(awaited)) {}
+  Owed(const Owed&) = delete;
+  Owed& operator=(const Owed&) = delete;
+  ~Owed() { awaited_->give(over()); }
+  void give(Result<T> answer) { awaited_->give(std::move(answer)); }
+
+ private:
+  std::shared_ptr<Awaited<T>> awaited_;
+};
+
+}  // namespace
+
+struct ShopGate::Way {
+  std::mutex mutex;
+  JobServiceThread* thread = nullptr;  ///< none: closed
+  std::string spool, machine;
+
+  bool post(std::function<void(JobService&)> task) {
+    const std::lock_guard lock(mutex);
+    if (thread == nullptr) return false;
+    thread->post(std::move(task));
+    return true;
+  }
+  /// `work` gives its answer to what it is handed, at once or later.
+  template <class T>
+  Result<T> ask(std::function<void(JobService&, std::shared_ptr<Owed<T>>)> work) {
+    const auto awaited = std::make_shared<Awaited<T>>();
+    {
+      auto owed = std::make_shared<Owed<T>>(awaited);
+      if (!post([work = std::move(work), owed = std::move(owed)](JobService& jobs) { work(jobs, owed); }))
+        return over();
+    }
+    return awaited->wait();
+  }
+  template <class T>
+  Result<T> ask_now(std::function<Result<T>(JobService&)> work) {
+    return ask<T>([work = std::move(work)](JobService& jobs, const std::shared_ptr<Owed<T>>& owed) {
+      owed->give(work(jobs));
+    });
+  }
+  Result<void> keep(std::function<Result<void>(SpoolShop)> work) {
+    return ask_now<void>([work = std::move(work)](JobService& jobs) { return work(jobs.shop_record()); });
+  }
+  Result<void> arrive(const ShopJob& job, const std::vector<int>& files) {
+    HandedFiles own;
+    for (const int file : files) {
+      const int copy = ::fcntl(file, F_DUPFD_CLOEXEC, 0);
+      if (copy < 0) return fail(Code::kIo, "no descriptor is left for a file of the shop");
+      own.add(copy);
+    }
+    const auto handed = std::make_shared<HandedFiles>(std::move(own));
+    const Result<std::string> arrived =
+        ask<std::string>([job, handed](JobService& jobs, const std::shared_ptr<Owed<std::string>>& owed) {
+          jobs.take_from_shop(job, std::move(*handed),
+                              [owed](Result<std::string> answer) { owed->give(std::move(answer)); });
+        });
+    if (!arrived) return tl::unexpected<Error>(arrived.error());
+    return {};
+  }
+};
+
+ShopGate::ShopGate(const std::string& spool, const std::string& machine) : way_(std::make_shared<Way>()) {
+  way_->spool = spool;
+  way_->machine = machine;
+}
+
+void ShopGate::open(JobServiceThread& thread) {
+  const std::lock_guard lock(way_->mutex);
+  way_->thread = &thread;
+}
+
+void ShopGate::close() {
+  const std::lock_guard lock(way_->mutex);
+  way_->thread = nullptr;
+}
+
+ShopLedger ShopGate::ledger() const {
+  ShopLedger ledger;
+  const auto way = way_;
+  ledger.read = [way] { return way->ask_now<LocalShop>([](JobService& jobs) { return jobs.read_shop(); }); };
+  ledger.remember = [way](const ShopMark& mark) {
+    return way->keep([mark](SpoolShop record) { return record.remember(mark); });
+  };
+  ledger.claim = [way](const ShopJob& job, const ShopMark& mark) {
+    return way->ask_now<bool>([job, mark](JobService& jobs) { return jobs.shop_record().claim(job, mark); });
+  };
+  ledger.confirm = [way](const std::string& job, std::uint64_t serial) {
+    return way->keep([job, serial](SpoolShop record) { return record.confirm(job, serial); });
+  };
+  ledger.drop = [way](const std::string& job) {
+    return way->keep([job](SpoolShop record) { return record.drop(job); });
+  };
+  ledger.spoil = [way](const std::string& job, const std::string& why) {
+    return way->keep([job, why](SpoolShop record) { return record.spoil(job, why); });
+  };
+  ledger.told = [way](const std::string& job, std::uint64_t version, std::uint64_t serial) {
+    return way->keep([=](SpoolShop record) { return record.told(job, version, serial); });
+  };
+  ledger.retell = [way] { return way->keep([](SpoolShop record) { return record.retell(); }); };
+  ledger.overrule = [way](const std::string& job, const std::string& why) {
+    return way->ask_now<void>([job, why](JobService& jobs) { return jobs.overrule(job, why); });
+  };
+  ledger.arrive = [way](const ShopJob& job, const std::vector<int>& files) {
+    return way->arrive(job, files);
+  };
+  ledger.scratch = [way] {
+    constexpr mode_t kOwner = 0600;
+    return ::open(way->spool.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, kOwner);
+  };
+  ledger.log = [way](bool bad, const std::string& text) {
+    LogFields fields;
+    fields.machine = way->machine;
+    write_log(bad ? Severity::kWarning : Severity::kInfo, text, fields);
+  };
+  ledger.show = [way](const std::string& text) {
+    way->post([text](JobService& jobs) { jobs.show_shop(text); });
+  };
+  return ledger;
+}
+
+}  // namespace tiltfeed::daemon

@@ -1,0 +1,61 @@
+#pragma once
+// The machine's side of the shop's queue: what is asked of the database in one turn, and what is kept of the
+// answers. It knows neither sockets nor clocks.
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "daemon/shop/pg_connection.h"
+#include "daemon/shop/shop_record.h"
+
+namespace tiltfeed::daemon {
+
+/// A statement of shop_layout.h. Errors: as PgConnection::ask.
+using ShopAsk = std::function<Result<PgRows>(const std::string& sql, const std::vector<PgValue>& values)>;
+
+/// Properties: 1 A job is recorded as claimed before the database is told that it is accepted, and comes into
+/// the spool only after the database has confirmed that. 2 A job that was recorded once never comes into the
+/// spool again. 3 Where the database is behind the mark, or says that it is halted, reports are sent, and
+/// nothing is claimed or accepted. 4 What the database says is bounded and checked before it is used. 5 An
+/// error at any place leaves a record from which the next turn goes on. 6 A job that has not begun here, and
+/// that the database has given to another or taken back, is overruled.
+class ShopClient {
+ public:
+  explicit ShopClient(ShopLedger ledger) : ledger_(std::move(ledger)) {}
+  /// All that can be done now. Errors: those of `ask` and of the ledger.
+  Result<void> turn(const ShopAsk& ask);
+  /// This machine's identity; empty before the first turn.
+  const std::string& machine() const { return machine_; }
+  ShopLedger& ledger() { return ledger_; }
+
+ private:
+  struct Found;
+  Result<Found> hello(const ShopAsk& ask, const LocalShop& local);
+  Result<void> trust(const Found& found, LocalShop& local);
+  Result<void> give_back(const ShopAsk& ask, const LocalShop& local);
+  Result<void> send_reports(const ShopAsk& ask, LocalShop& local);
+  Result<void> report(const ShopAsk& ask, const std::string& machine, const ShopReport& one);
+  Result<bool> accept(const ShopAsk& ask, const std::string& machine, const ShopJob& job);
+  Result<void> bring(const ShopAsk& ask, const ShopJob& job);
+  Result<void> take_more(const ShopAsk& ask, const Found& found);
+  Result<std::vector<std::string>> fitting(const ShopAsk& ask, const ShopOffer& offer);
+  Result<std::optional<ShopJob>> claim(const ShopAsk& ask, const LocalShop& local, const Found& found,
+                                       const std::vector<std::string>& fits);
+  void show(const std::string& text);
+
+  ShopLedger ledger_;
+  std::string machine_, shown_;
+  std::string retold_;  ///< the state of the database in which all was reported again
+};
+
+/// The files of a claimed job, as the database has them: open, at their beginning, and checked by their
+/// digests. The caller closes them. Errors: kInput: they are not what was claimed; kIo (the spool's disk);
+/// those of `ask`.
+Result<std::vector<int>> fetch_files(const ShopAsk& ask, const ShopJob& job,
+                                     const std::function<int()>& scratch);
+
+/// A row of kShopClaim. Errors: kInput with what is wrong with it.
+Result<ShopJob> read_claim(const PgRow& row);
+
+}  // namespace tiltfeed::daemon

@@ -1,0 +1,158 @@
+#include "daemon/shop/shop_orders.h"
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "daemon/shop/shop_layout.h"
+
+namespace tiltfeed::daemon {
+
+namespace {
+
+constexpr const char* kMachines =
+    "SELECT m.id, left(m.name, 100), left(m.offer, 8193), left(m.status, 200), extract(epoch FROM now() - "
+    "m.seen), "
+    "m.away OR (m.told AND m.incarnation = s.incarnation), m.away FROM tiltfeed.machines m, tiltfeed.shop s "
+    "ORDER BY m.name, m.id "
+    "LIMIT 1000";
+constexpr const char* kEntries =
+    "SELECT j.number, j.id, left(j.name, 100), j.program, left(j.needs, 8193), left(j.state, 40), "
+    "left(j.note, 300), "
+    "coalesce(left(m.name, 100), ''), j.blocks, j.executed, extract(epoch FROM j.submitted)::bigint FROM "
+    "tiltfeed.jobs "
+    "j LEFT JOIN tiltfeed.machines m ON m.id = j.machine WHERE $1 OR j.state NOT IN ('done', 'withdrawn') "
+    "ORDER BY "
+    "j.number DESC LIMIT 1000";
+
+std::uint64_t count_of(const std::string& text) { return std::strtoull(text.c_str(), nullptr, 10); }
+
+Result<std::string> one_value(const Result<PgRows>& rows) {
+  if (!rows) return tl::unexpected<Error>(rows.error());
+  if (rows->rows.size() != 1 || rows->rows[0].empty())
+    return fail(Code::kUsage, "the database answers otherwise than a shop's queue does");
+  return rows->rows[0][0];
+}
+
+}  // namespace
+
+Result<void> in_one_transaction(const ShopAsk& ask, const std::function<Result<void>()>& work) {
+  if (const auto begun = ask("BEGIN", {}); !begun) return tl::unexpected<Error>(begun.error());
+  Result<void> done = work();
+  const auto ended = ask(done ? "COMMIT" : "ROLLBACK", {});
+  if (done && !ended) return tl::unexpected<Error>(ended.error());
+  return done;
+}
+
+Result<void> init_shop(const ShopAsk& ask) {
+  const Result<std::string> there =
+      one_value(ask("SELECT count(*) FROM pg_namespace WHERE nspname = 'tiltfeed'", {}));
+  if (!there) return tl::unexpected<Error>(there.error());
+  if (*there != "0") return fail(Code::kUsage, "this database has the schema tiltfeed already");
+  return in_one_transaction(ask, [&]() -> Result<void> {
+    for (const std::string& statement : shop_layout())
+      if (const auto made = ask(statement, {}); !made) return tl::unexpected<Error>(made.error());
+    return {};
+  });
+}
+
+void judge_fit(const ShopNeeds& needs, const std::vector<ShopMachine>& machines, ShopEntry& entry) {
+  entry.fits_one = false;
+  for (const ShopMachine& machine : machines) {
+    const auto why = misfit(needs, machine.offer);
+    if (!why) entry.fits_one = true;
+    if (why) entry.why_not += (entry.why_not.empty() ? "" : "; ") + machine.name + ": " + *why;
+  }
+  if (machines.empty()) entry.why_not = "no machine has been here yet";
+  if (entry.fits_one) entry.why_not.clear();
+}
+
+Result<ShopView> view_shop(const ShopAsk& ask, bool all) {
+  ShopView view;
+  const auto shop = ask("SELECT epoch, left(halted, 300) FROM tiltfeed.shop", {});
+  if (const auto epoch = one_value(shop); !epoch) return tl::unexpected<Error>(epoch.error());
+  view.epoch = count_of(shop->rows[0][0]);
+  view.halted = shop->rows[0].back();
+  const auto machines = ask(kMachines, {});
+  if (!machines) return tl::unexpected<Error>(machines.error());
+  for (const PgRow& row : machines->rows) {
+    ShopMachine machine{row[0],        row[1],       row[3], {}, std::strtod(row[4].c_str(), nullptr),
+                        row[5] == "t", row[6] == "t"};
+    if (auto offer = parse_offer(row[2])) machine.offer = std::move(*offer);
+    view.machines.push_back(std::move(machine));
+  }
+  const auto jobs = ask(kEntries, {all});
+  if (!jobs) return tl::unexpected<Error>(jobs.error());
+  for (const PgRow& row : jobs->rows) {
+    ShopEntry entry{count_of(row[0]),
+                    row[1],
+                    row[2],
+                    row[5],
+                    row[6],
+                    row[7],
+                    row[3] == "t",
+                    "",
+                    count_of(row[8]),
+                    count_of(row[9]),
+                    static_cast<std::int64_t>(count_of(row[10])),
+                    true,
+                    ""};
+    const Result<ShopNeeds> needs = parse_needs(row[4]);
+    entry.needs = needs ? needs_text(*needs) : needs.error().message;
+    if (entry.state == "open" && needs) judge_fit(*needs, view.machines, entry);
+    if (entry.state == "open" && !needs) entry.fits_one = false, entry.why_not = needs.error().message;
+    view.jobs.push_back(std::move(entry));
+  }
+  return view;
+}
+
+Result<std::string> take_back(const ShopAsk& ask, std::uint64_t number, bool open) {
+  std::string said;
+  const Result<void> done = in_one_transaction(ask, [&]() -> Result<void> {
+    const auto rows =
+        ask("SELECT j.state, coalesce(m.name, ''), EXISTS (SELECT 1 FROM tiltfeed.pieces p WHERE p.job = "
+            "j.id) FROM "
+            "tiltfeed.jobs j LEFT JOIN tiltfeed.machines m ON m.id = j.machine WHERE j.number = $1 FOR "
+            "UPDATE OF j",
+            {number});
+    if (!rows) return tl::unexpected<Error>(rows.error());
+    const std::string name = "job " + std::to_string(number) + " of the shop";
+    if (rows->rows.empty()) return fail(Code::kUsage, "there is no " + name);
+    const std::string &state = rows->rows[0][0], &machine = rows->rows[0][1];
+    constexpr const char* kBefore[] = {"open",   "claimed", "accepted", "received",  "planning", "ready",
+                                       "failed", "spoiled", "removed",  "overruled", "held",     "withdrawn"};
+    if (std::none_of(std::begin(kBefore), std::end(kBefore), [&](const char* one) { return state == one; }))
+      return fail(Code::kUsage,
+                  name + " is " + state + " at " + machine +
+                      ": it has begun, and is that machine's; submit what is left as a job of its own");
+    if (open && rows->rows[0][2] != "t")
+      return fail(Code::kUsage, name + " has no files in this database any more; submit it again");
+    // A ticket of its own: what a machine still says of it by an older one does not count.
+    const auto given = ask("UPDATE tiltfeed.shop SET token = token + 1 RETURNING epoch, token", {});
+    if (!given) return tl::unexpected<Error>(given.error());
+    if (const auto ticket = one_value(given); !ticket) return tl::unexpected<Error>(ticket.error());
+    const auto changed =
+        ask("UPDATE tiltfeed.jobs SET state = $2, machine = NULL, epoch = $3, token = $4, version = 0, lease "
+            "= NULL, note "
+            "= $5, changed = now() WHERE number = $1",
+            {number, open ? "open" : "withdrawn", given->rows[0][0], given->rows[0][1],
+             machine.empty() ? std::string() : "it was " + state + " at " + machine});
+    if (!changed) return tl::unexpected<Error>(changed.error());
+    said = name + (open ? " is open again" : " is withdrawn") +
+           (machine.empty() ? "" : "; " + machine + " gives it up when it hears of it: look there first");
+    const auto told = ask(kShopNotify, {});
+    return told ? Result<void>() : tl::unexpected<Error>(told.error());
+  });
+  if (!done) return tl::unexpected<Error>(done.error());
+  return said;
+}
+
+Result<std::uint64_t> raise_epoch(const ShopAsk& ask) {
+  const Result<std::string> epoch = one_value(ask(
+      "UPDATE tiltfeed.shop SET epoch = epoch + 1, epoch_id = gen_random_uuid(), halted = '' RETURNING epoch",
+      {}));
+  if (!epoch) return tl::unexpected<Error>(epoch.error());
+  static_cast<void>(ask(kShopNotify, {}));
+  return count_of(*epoch);
+}
+
+}  // namespace tiltfeed::daemon

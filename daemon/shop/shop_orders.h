@@ -1,0 +1,66 @@
+#pragma once
+// What people ask of the shop's queue: to make it, to see it, to put a job into it, to decide where no
+// machine may.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "daemon/shop/shop_client.h"
+
+namespace tiltfeed::daemon {
+
+/// `work` between BEGIN and COMMIT, or ROLLBACK where it fails.
+Result<void> in_one_transaction(const ShopAsk& ask, const std::function<Result<void>()>& work);
+
+/// Makes the tables. Errors: kUsage: they are there.
+Result<void> init_shop(const ShopAsk& ask);
+
+struct ShopSubmission {
+  std::string id;  ///< UUID; the same one never makes a second job
+  std::string name;
+  bool program = false;
+  ShopNeeds needs;
+  std::vector<int> files;  ///< open, regular; program; or job, part
+};
+/// All or nothing; its number. Files that the database has lost of a job that still needs them are put back.
+/// Errors: kInput: a file is empty, too large (kMostShopBytes) or changes
+/// meanwhile; kUsage: the id is another job's.
+Result<std::uint64_t> submit_to_shop(const ShopAsk& ask, const ShopSubmission& job);
+
+struct ShopMachine {
+  std::string id, name, status;
+  ShopOffer offer;
+  double silent_seconds = 0.0;
+  bool back = true;   ///< it has told its part since the server's start, or left in order
+  bool away = false;  ///< it left in order
+};
+struct ShopEntry {
+  std::uint64_t number = 0;
+  std::string id, name, state, note, machine;
+  bool program = false;
+  std::string needs;  ///< for people
+  std::uint64_t blocks = 0, executed = 0;
+  std::int64_t submitted = 0;  ///< seconds since 1970
+  bool fits_one = true;        ///< of an open job: a machine that is known could have it
+  std::string why_not;         ///< else: each machine's reason
+};
+struct ShopView {
+  std::uint64_t epoch = 0;
+  std::string halted;
+  std::vector<ShopMachine> machines;
+  std::vector<ShopEntry> jobs;  ///< the newest first, 1,000 at most
+};
+/// `all`: with those that are done or withdrawn.
+Result<ShopView> view_shop(const ShopAsk& ask, bool all);
+/// Of one that waits: whether a machine could have it, with each one's reason. Pure.
+void judge_fit(const ShopNeeds& needs, const std::vector<ShopMachine>& machines, ShopEntry& entry);
+
+/// A job that has begun nowhere: offered again (`open`), or withdrawn. The machine that has it gives it up
+/// when it hears of that. What is said of it. Errors: kUsage: no such job, or it has begun.
+Result<std::string> take_back(const ShopAsk& ask, std::uint64_t number, bool open);
+
+/// A new epoch: the queue goes on as the database has it now.
+Result<std::uint64_t> raise_epoch(const ShopAsk& ask);
+
+}  // namespace tiltfeed::daemon
