@@ -18,7 +18,8 @@ Page keys_page(const std::string& name, const std::string& what, const std::stri
 Page markdown_page(const std::string& name, const std::string& what, const std::string& text);
 
 /// A text of this repository, as it was when the program was built: config/tools/example.yaml,
-/// config/service.yaml, config/desk.yaml, daemon/service/API.md, daemon/wire/MODBUS.md, daemon/post/CONTROLS.md. Empty: no such.
+/// config/service.yaml, config/desk.yaml, daemon/service/API.md, daemon/wire/MODBUS.md,
+/// daemon/post/CONTROLS.md. Empty: no such.
 const char* shipped_text(const std::string& path);
 
 struct Topic {

@@ -297,13 +297,13 @@ for option in '--part-zero nan,0,0' '--fixture 0,inf,0' '--clear-height nan' '--
 done
 absent "$work/q.nc"
 expect 0 'winds up by' "$bin/tiltfeed" post "$foreign" --machine "$machine" --out "$work/r.nc" --clear-height 90
-post_with() { "$bin/tiltfeed" post "$foreign" --machine "$machine" --out "$work/q.nc" --dialect haas "$@"; }
-expect 2 'smoothing fast: expected rough, semi or finish' post_with --smoothing fast --smoothing-tolerance 0.001
-expect 2 'belong together' post_with --smoothing finish
-expect 2 'smoothing-tolerance 0.0001: expected 0.001 to 1 mm' post_with --smoothing finish --smoothing-tolerance 0.0001
-expect 2 'arc-tolerance 0.0001: expected 0.0005 to 1 mm' post_with --arc-tolerance 0.0001
-expect 2 'arc-tolerance: under TCP' post_with --arc-tolerance 0.001 --tcp
-expect 0 'tool-length 66 is not taken for tool 3: .* states LENGTH 100 mm' post_with --tool-length 66
+post_with=("$bin/tiltfeed" post "$foreign" --machine "$machine" --out "$work/q.nc" --dialect haas)
+expect 2 'smoothing fast: expected rough, semi or finish' "${post_with[@]}" --smoothing fast --smoothing-tolerance 0.001
+expect 2 'belong together' "${post_with[@]}" --smoothing finish
+expect 2 'smoothing-tolerance 0.0001: expected 0.001 to 1 mm' "${post_with[@]}" --smoothing finish --smoothing-tolerance 0.0001
+expect 2 'arc-tolerance 0.0001: expected 0.0005 to 1 mm' "${post_with[@]}" --arc-tolerance 0.0001
+expect 2 'arc-tolerance: under TCP' "${post_with[@]}" --arc-tolerance 0.001 --tcp
+expect 0 'tool-length 66 is not taken for tool 3: .* states LENGTH 100 mm' "${post_with[@]}" --tool-length 66
 # A ring in X and Y as straight moves: three arcs, and the same ring back from the program.
 ring() {
   echo 'UNITS/MM'
