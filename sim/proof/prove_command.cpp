@@ -122,7 +122,6 @@ int prove_command(const ProveOptions& options) {
   const auto jobs = config::load_operations(
       options.job, {.stl = options.stl, .machine = options.machine, .operation = options.operation});
   if (!jobs) return report(jobs.error());
-  const config::Job* const job = &jobs->front();
   std::vector<config::NamedFile> inputs;
   for (const config::Job& one : *jobs)
     for (const config::NamedFile& file : config::files_of(one)) inputs.push_back(file);
