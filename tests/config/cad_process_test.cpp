@@ -42,8 +42,8 @@ TEST(CadProcess, HowItEnds) {
 }
 
 TEST(CadProcess, ItIsStoppedAfterItsTimeAndWhenTheUserWants) {
-  expect_end(run_shell("sleep 3600", 0), Code::kLimit, "was stopped after 0 s");
-  expect_end(run_shell("sleep 3600", 600, [](double) { return false; }), Code::kCancelled, "cancelled");
+  expect_end(run_shell("exec sleep 3600", 0), Code::kLimit, "was stopped after 0 s");
+  expect_end(run_shell("exec sleep 3600", 600, [](double) { return false; }), Code::kCancelled, "cancelled");
 }
 
 TEST(CadProcess, ManyWordsAndALongStreamDoNotBlockIt) {
