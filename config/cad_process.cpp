@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "config/description.h"
 #include "kinematics/basics/decimal.h"
 #include "pathgen/part_file/cad_stream.h"
 
