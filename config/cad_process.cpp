@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <poll.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -11,9 +10,9 @@
 #include <chrono>
 #include <csignal>
 #include <cstring>
-#include <filesystem>
 #include <utility>
 
+#include "config/beside_program.h"
 #include "config/description.h"
 #include "kinematics/basics/decimal.h"
 #include "pathgen/part_file/cad_stream.h"
@@ -44,31 +43,6 @@ struct Pipe {
   ~Pipe() { close_write(), close_read(); }
 };
 
-/// 0 or errno.
-int spawn(int& pid, const std::vector<std::string>& words, int out, int error) {
-  posix_spawn_file_actions_t files;
-  posix_spawn_file_actions_init(&files);
-  posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_adddup2(&files, out, STDOUT_FILENO);
-  posix_spawn_file_actions_adddup2(&files, error, STDERR_FILENO);
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  sigset_t usual;
-  sigemptyset(&usual);
-  posix_spawnattr_setsigmask(&attributes, &usual);
-  sigaddset(&usual, SIGPIPE);
-  posix_spawnattr_setsigdefault(&attributes, &usual);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
-  std::vector<std::string> kept = words;
-  std::vector<char*> arguments;
-  for (std::string& word : kept) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  const int failed = ::posix_spawn(&pid, kept[0].c_str(), &files, &attributes, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&files);
-  posix_spawnattr_destroy(&attributes);
-  return failed;
-}
-
 /// Reads what is there; at the end it closes the pipe. False: more than `most`.
 bool take(Pipe& pipe, std::string& text, std::size_t most) {
   std::array<char, 4096> bytes;
@@ -94,7 +68,8 @@ class CadRun {
 
   Result<void> start(const std::vector<std::string>& words) {
     int failed = out_.open() && error_.open() ? 0 : errno;
-    if (failed == 0) failed = spawn(pid_, words, out_.write, error_.write);
+    if (failed == 0)
+      failed = spawn_program(pid_, words, {{out_.write, STDOUT_FILENO}, {error_.write, STDERR_FILENO}});
     out_.close_write(), error_.close_write();
     if (failed != 0) {
       pid_ = -1;
@@ -188,19 +163,13 @@ Result<pathgen::PartModel> run_cad_program(const std::vector<std::string>& words
 
 Result<pathgen::PartModel> run_cad(const std::string& path, const std::vector<std::string>& bodies,
                                    double allowed, const pathgen::ReportShare& report) {
-  std::error_code error;
-  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
-  if (error) return fail(Code::kIo, "/proc/self/exe: " + error.message());
-  std::vector<std::string> words = {(self.parent_path() / kCadProgram).string(),
-                                    path,
-                                    "--stream",
-                                    "-",
-                                    "--deviation",
-                                    exact_text(allowed),
-                                    "--memory-mb",
-                                    std::to_string(kCadMemoryMb),
-                                    "--seconds",
-                                    std::to_string(kCadSeconds)};
+  const auto program = program_beside(kCadProgram);
+  if (!program) return tl::unexpected(program.error());
+  std::vector<std::string> words = {*program,      path,
+                                    "--stream",    "-",
+                                    "--deviation", exact_text(allowed),
+                                    "--memory-mb", std::to_string(kCadMemoryMb),
+                                    "--seconds",   std::to_string(kCadSeconds)};
   for (const std::string& body : bodies) words.push_back("--body=" + body);
   return run_cad_program(words, path, report, kCadWallSeconds);
 }

@@ -52,4 +52,12 @@ Result<pathgen::CheckedMesh> read_part(const Job& job, const pathgen::ReportShar
   return check_part(job, *model, report);
 }
 
+Result<const pathgen::CheckedMesh*> PartsByTolerance::of(const Job& job, const pathgen::ReportShare& report) {
+  const double tolerance = job.plan.tolerance;
+  if (const auto known = parts_.find(tolerance); known != parts_.end()) return &known->second;
+  auto part = read_part(job, report);
+  if (!part) return tl::unexpected(part.error());
+  return &parts_.emplace(tolerance, std::move(*part)).first->second;
+}
+
 }  // namespace tiltfeed::config

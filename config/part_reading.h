@@ -1,6 +1,7 @@
 #pragma once
 // The part of a job, from whatever file: STL, OBJ, PLY, 3MF, STEP, IGES, told apart by content.
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -33,5 +34,15 @@ Result<pathgen::CheckedMesh> check_part(const Job& job, pathgen::PartModel& mode
                                         const pathgen::ReportShare& report = {});
 /// Both.
 Result<pathgen::CheckedMesh> read_part(const Job& job, const pathgen::ReportShare& report = {});
+
+/// The parts of a job's operations, each as its tolerance lets it be repaired and read once.
+class PartsByTolerance {
+ public:
+  /// It stays where it is. Errors: as read_part().
+  Result<const pathgen::CheckedMesh*> of(const Job& job, const pathgen::ReportShare& report = {});
+
+ private:
+  std::map<double, pathgen::CheckedMesh> parts_;
+};
 
 }  // namespace tiltfeed::config

@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "config/beside_program.h"
 #include "daemon/command/command.h"
 #include "daemon/command/machine_command.h"
 #include "daemon/doctor/doctor.h"
-#include "daemon/plan/proof_process.h"
 
 namespace tiltfeed::daemon {
 
@@ -60,7 +60,7 @@ int check_service(const std::string& config, bool as_json) {
 }
 
 Findings examine(const std::string& config, const std::string& version, bool open) {
-  const Result<std::string> self = program_beside("tiltfeed");
+  const Result<std::string> self = config::program_beside("tiltfeed");
   const Host host{"", self ? std::filesystem::path(*self).parent_path().string() : "", service_user(),
                   host_clock()};
   Findings found = examine_host(host, version);

@@ -5,13 +5,13 @@
 #include <cerrno>
 #include <cstring>
 
-#include "daemon/plan/proof_process.h"
+#include "config/beside_program.h"
 
 namespace tiltfeed::daemon {
 
 Error hand_over(const std::string& program, const std::vector<std::string>& words,
                 const std::vector<std::string>& arguments) {
-  const auto beside = program_beside(program);
+  const auto beside = config::program_beside(program);
   if (!beside) return {Code::kIo, program + ": " + beside.error().message};
   std::vector<std::string> all{*beside};
   all.insert(all.end(), words.begin(), words.end());

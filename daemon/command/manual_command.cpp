@@ -8,6 +8,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "config/beside_program.h"
 #include "config/command_line.h"
 #include "config/key_names.h"
 #include "config/output_file.h"
@@ -15,7 +16,6 @@
 #include "daemon/doctor/host.h"
 #include "daemon/manual/completion.h"
 #include "daemon/manual/sources.h"
-#include "daemon/plan/proof_process.h"
 
 namespace tiltfeed::daemon {
 
@@ -25,7 +25,7 @@ using config::Command;
 
 /// Of a program beside this one, by itself. Errors: kIo, kInput.
 Result<Command> description_of(const std::string& program) {
-  const Result<std::string> file = program_beside(program);
+  const Result<std::string> file = config::program_beside(program);
   if (!file) return tl::unexpected<Error>(file.error());
   const std::string text = output_of(*file, {config::kDescribeWord});
   if (text.empty()) return fail(Code::kIo, *file + ": does not start; it belongs beside tiltfeed");
@@ -47,7 +47,7 @@ Result<std::vector<Command>> all_programs(const CLI::App& app) {
   };
   for (const auto& [name, word] : {std::pair("tiltfeed-sim", "verify"), std::pair("tiltfeed-desk", "desk"),
                                    std::pair("tiltfeed-cad", "")}) {
-    const Result<std::string> file = program_beside(name);
+    const Result<std::string> file = config::program_beside(name);
     if (name != std::string("tiltfeed-sim") && file && ::access(file->c_str(), F_OK) != 0) continue;
     Result<Command> other = description_of(name);
     if (!other) return tl::unexpected<Error>(other.error());

@@ -87,6 +87,7 @@ void OperationPlan::put_end_ways(const pathgen::Mesh& held) {
 }
 
 Result<void> OperationPlan::find_joints() {
+  if (joints_known_) return {};
   take_end_ways();
   if (!bend_) bend_ = clock_.time("pole", [&] { return bend_near_singularity(job_, *part_, planned_.path); });
   const pathgen::Mesh& held = held_ ? *held_ : part_->mesh;
@@ -107,6 +108,7 @@ Result<void> OperationPlan::find_joints() {
   if (!found) return found;
   turn_ = start_turn(held, job_, joints_.moves.front().joints);
   time_joints(options);
+  joints_known_ = true;
   return {};
 }
 

@@ -31,7 +31,8 @@ class OperationPlan {
   /// fixture's file; kCancelled.
   Result<void> plan_path(std::shared_ptr<const pathgen::CheckedMesh> part, const pathgen::PartModel& model,
                          bool rest);
-  /// Joints, where TCP begins, times; again after turn_tilt_over(). Errors: as to_joints; kCancelled.
+  /// Joints, where TCP begins, times; once, and again after turn_tilt_over(). Errors: as to_joints;
+  /// kCancelled.
   Result<void> find_joints();
   /// The program's part that this operation is. It points into this object.
   PlannedProgram posted(const HeaderFacts& header) const;
@@ -39,7 +40,7 @@ class OperationPlan {
   /// On which side of home the tilt leans most, -1 or 1; 0: it stands at home.
   int tilt_side() const;
   /// The joints are to be found with the tilt on the other side than the one where it leans most.
-  void turn_tilt_over() { job_.machine.model.preferred_tilt = -tilt_side(); }
+  void turn_tilt_over() { job_.machine.model.preferred_tilt = -tilt_side(), joints_known_ = false; }
 
   const config::Job& job() const { return job_; }
   const pathgen::CheckedMesh& part() const { return *part_; }
@@ -77,6 +78,7 @@ class OperationPlan {
   EndWays ends_;  ///< of planned_.path, in it
   std::optional<SingularityBendReport> bend_;
   JointPath joints_;
+  bool joints_known_ = false;
   std::vector<AxisRun> runs_;  ///< of joints_, each in a tilted plane; empty: the program is in none
   ToolPath printed_;           ///< with runs_
   std::optional<StartTurn> turn_;

@@ -155,7 +155,6 @@ Result<void> Planning::shorten_operations() {
     if (auto found = one->find_joints(); !found) return tl::unexpected(in_operation(found.error(), name));
     const auto part = part_of(one->job());
     if (!part) return tl::unexpected(part.error());
-    const config::Job stated = one->job();
     std::size_t plans = 0;
     const PlanOnce once = [&](const config::Job& job, bool rest) -> std::unique_ptr<OperationPlan> {
       if (!rest)

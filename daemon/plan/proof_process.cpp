@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <poll.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -11,10 +10,11 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
-#include <filesystem>
 #include <string_view>
 #include <utility>
 #include <vector>
+
+#include "config/beside_program.h"
 
 namespace tiltfeed::daemon {
 namespace {
@@ -41,43 +41,10 @@ void close_all(std::initializer_list<int> descriptors) {
     if (fd >= 0) ::close(fd);
 }
 
-/// 0 or errno.
-int spawn(int& pid, const std::vector<std::string>& words, int in, int out, int program) {
-  posix_spawn_file_actions_t files;
-  posix_spawn_file_actions_init(&files);
-  posix_spawn_file_actions_adddup2(&files, in, STDIN_FILENO);
-  posix_spawn_file_actions_adddup2(&files, out, STDOUT_FILENO);
-  posix_spawn_file_actions_adddup2(&files, out, STDERR_FILENO);
-  posix_spawn_file_actions_adddup2(&files, program, kProgram);
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  sigset_t usual;
-  sigemptyset(&usual);
-  posix_spawnattr_setsigmask(&attributes, &usual);
-  sigaddset(&usual, SIGPIPE);
-  posix_spawnattr_setsigdefault(&attributes, &usual);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
-  std::vector<std::string> kept = words;
-  std::vector<char*> arguments;
-  for (std::string& word : kept) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  const int failed = ::posix_spawn(&pid, kept[0].c_str(), &files, &attributes, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&files);
-  posix_spawnattr_destroy(&attributes);
-  return failed;
-}
-
 }  // namespace
 
-Result<std::string> program_beside(const std::string& name) {
-  std::error_code error;
-  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
-  if (error) return fail(Code::kIo, "/proc/self/exe: " + error.message());
-  return (self.parent_path() / name).string();
-}
-
 Result<ProofProcess> ProofProcess::start(const ProofRequest& request, int program) {
-  const auto prover = program_beside("tiltfeed-sim");
+  const auto prover = config::program_beside("tiltfeed-sim");
   if (!prover) return tl::unexpected(prover.error());
   std::vector<std::string> words{*prover,  "prove",      request.job, "/dev/fd/" + std::to_string(kProgram),
                                  "--name", request.name, "--told",    "--progress"};
@@ -90,7 +57,10 @@ Result<ProofProcess> ProofProcess::start(const ProofRequest& request, int progra
   std::array<int, 2> in{-1, -1}, out{-1, -1};
   const int text = ::fcntl(program, F_DUPFD_CLOEXEC, kFirstOwn);
   int pid = -1, failed = text < 0 || !open_pipe(in) || !open_pipe(out) ? errno : 0;
-  if (failed == 0) failed = spawn(pid, words, in[0], out[1], text);
+  if (failed == 0)
+    failed = config::spawn_program(
+        pid, words,
+        {{in[0], STDIN_FILENO}, {out[1], STDOUT_FILENO}, {out[1], STDERR_FILENO}, {text, kProgram}});
   close_all({in[0], out[1], text});
   if (failed == 0) return ProofProcess(pid, in[1], out[0]);
   close_all({in[1], out[0]});

@@ -10,9 +10,6 @@
 
 namespace tiltfeed::daemon {
 
-/// The program of that name beside this one.
-Result<std::string> program_beside(const std::string& name);
-
 struct ProofRequest {
   std::string job, stl, machine, operation;  ///< as `tiltfeed plan` has them
   std::string name;                          ///< of the program, for messages

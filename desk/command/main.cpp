@@ -13,6 +13,7 @@
 #include <iostream>
 #include <memory>
 
+#include "config/beside_program.h"
 #include "config/command_line.h"
 #include "config/desk_access.h"
 #include "config/service_config.h"
@@ -131,8 +132,9 @@ Result<std::unique_ptr<Webhooks>> start_webhooks(const config::DeskAccess& acces
 }
 
 int run_desk(const std::string& open, const config::DeskAccess& access, const Beside& beside) {
-  const Result<std::string> self = program_beside("tiltfeed-desk"), planner = program_beside("tiltfeed"),
-                            maker = program_beside("tiltfeed-sim");
+  const Result<std::string> self = config::program_beside("tiltfeed-desk"),
+                            planner = config::program_beside("tiltfeed"),
+                            maker = config::program_beside("tiltfeed-sim");
   if (!self || !planner || !maker) return complain(self ? planner.error() : self.error());
   Result<ScratchFolder> folder = ScratchFolder::make();
   if (!folder) return complain(folder.error());

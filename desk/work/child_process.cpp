@@ -9,7 +9,6 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
-#include <filesystem>
 #include <utility>
 
 namespace tiltfeed::desk {
@@ -135,13 +134,6 @@ ChildEnd ChildProcess::end() {
   if (hear_ >= 0) ::close(hear_), hear_ = -1;
   ended.text = std::move(said_);
   return ended;
-}
-
-Result<std::string> program_beside(const std::string& name) {
-  std::error_code error;
-  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
-  if (error) return fail(Code::kIo, "/proc/self/exe: " + error.message());
-  return (self.parent_path() / name).string();
 }
 
 }  // namespace tiltfeed::desk

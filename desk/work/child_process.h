@@ -47,7 +47,4 @@ class ChildProcess {
   std::string said_;
 };
 
-/// The path of a program of this name in the folder of this one. Errors: kIo.
-Result<std::string> program_beside(const std::string& name);
-
 }  // namespace tiltfeed::desk

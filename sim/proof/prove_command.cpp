@@ -8,7 +8,6 @@
 #include <deque>
 #include <fstream>
 #include <iostream>
-#include <map>
 #include <span>
 #include <thread>
 #include <unordered_map>
@@ -19,7 +18,6 @@
 #include "config/output_file.h"
 #include "config/part_reading.h"
 #include "config/program_lines.h"
-#include "kinematics/basics/tolerance_budget.h"
 #include "pathgen/mesh/mesh_check.h"
 #include "sim/basics/text.h"
 #include "sim/picture/picture.h"
@@ -132,21 +130,16 @@ int prove_command(const ProveOptions& options) {
     if (options.progress) std::printf("progress %.3f\n", share), std::fflush(stdout);
     return true;
   };
-  // Each operation has the part as its own tolerance lets it be repaired.
-  std::map<double, pathgen::CheckedMesh> parts;
+  config::PartsByTolerance parts;
   std::deque<Prover> provers;
   std::deque<CollisionCheck> checks;
   std::vector<OperationProof> held;
   for (const config::Job& one : *jobs) {
-    const double repair = ToleranceBudget(one.plan.tolerance).repair();
-    if (!parts.contains(repair)) {
-      auto part = config::read_part(one, [&](double share) { return show(kChecked * share); });
-      if (!part) return report(part.error());
-      parts.emplace(repair, std::move(*part));
-    }
-    auto check = CollisionCheck::make(parts.at(repair), one);
+    const auto part = parts.of(one, [&](double share) { return show(kChecked * share); });
+    if (!part) return report(part.error());
+    auto check = CollisionCheck::make(**part, one);
     if (!check) return report(check.error());
-    provers.emplace_back(parts.at(repair), one);
+    provers.emplace_back(**part, one);
     checks.push_back(std::move(*check));
     held.push_back({&provers.back(), checks.back().idle() ? nullptr : &checks.back()});
   }
@@ -171,9 +164,8 @@ int prove_command(const ProveOptions& options) {
     return kDone;
   }
   const config::Job& gouging = (*jobs)[proven->gouging];
-  const pathgen::CheckedMesh& part = parts.at(ToleranceBudget(gouging.plan.tolerance).repair());
-  if (!options.picture.empty())
-    if (auto drawn = draw(in, name, *jobs, gouging, part, *gouge, options.picture); !drawn)
+  if (const auto part = parts.of(gouging); part && !options.picture.empty())
+    if (auto drawn = draw(in, name, *jobs, gouging, **part, *gouge, options.picture); !drawn)
       report(drawn.error());
   return report({Code::kInput, gouge_text(*gouge, words_at(in, gouge->line), name, gouging)});
 }

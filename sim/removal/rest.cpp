@@ -240,7 +240,9 @@ Rest find_rest(const config::Job& job, const ExecutedPath& path, const Probes& p
     all = std::move(some);
   }
   const std::vector<Vec3> directions = cut_directions(job, path);
-  const Reach reach(job, probes.surface(), directions), anyhow(job, probes.surface());
+  const Reach reach(job, probes.surface(), directions);
+  std::optional<Reach> anyhow;  // by other directions than the program's
+  if (!directions.empty()) anyhow.emplace(job, probes.surface());
   enum : std::uint8_t { kNot, kElsewhere, kReached };
   std::vector<std::uint8_t> reached(all.size(), kNot);
   in_parallel(kTasks, threads, [&](std::size_t task) {
@@ -249,7 +251,7 @@ Rest find_rest(const config::Job& job, const ExecutedPath& path, const Probes& p
       const Vec3 normal = probes.patches().normal[all[i].patch];
       if (reach.touches(place, normal))
         reached[i] = kReached;
-      else if (!directions.empty() && anyhow.touches(place, normal))
+      else if (anyhow && anyhow->touches(place, normal))
         reached[i] = kElsewhere;
     }
   });

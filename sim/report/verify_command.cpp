@@ -171,7 +171,8 @@ class Verification {
   std::vector<config::Job> jobs_;
   StockShape shape_;
   RemovalOptions removal_;
-  std::optional<pathgen::CheckedMesh> part_;  ///< as the operation that is verified has it
+  config::PartsByTolerance parts_;
+  const pathgen::CheckedMesh* part_ = nullptr;  ///< as the operation that is verified has it
   VerifiedMoves moves_;
   double cell_ = 0.0;
   std::optional<Stock> stock_;  ///< as the operations before have left it
@@ -209,16 +210,16 @@ Result<void> Verification::load() {
 }
 
 Result<void> Verification::read() {
-  Result<pathgen::CheckedMesh> part = fail(Code::kInput, "not read");
+  Result<const pathgen::CheckedMesh*> part = fail(Code::kInput, "not read");
   Result<VerifiedMoves> moves = fail(Code::kInput, "not read");
   in_parallel(2, removal_.threads, [&](std::size_t task) {
     if (task == 0)
-      part = config::read_part(jobs_.front());
+      part = parts_.of(jobs_.front());
     else
       moves = read_moves(moves_of(options_), jobs_);
   });
   if (!part) return tl::unexpected(part.error());
-  part_ = std::move(*part);
+  part_ = *part;
   cell_ = options_.resolution.value_or(kCoarsest);
   if (!options_.resolution)
     for (const config::Job& job : jobs_) cell_ = std::min(cell_, default_cell(job, *part_));
@@ -253,9 +254,9 @@ Result<void> Verification::verify(std::size_t operation) {
   const config::Job& job = jobs_[operation];
   const ExecutedPath& path = moves_.paths[operation];
   if (operation > 0) {
-    auto part = config::read_part(job);
+    const auto part = parts_.of(job);
     if (!part) return tl::unexpected(part.error());
-    part_ = std::move(*part);
+    part_ = *part;
     if (film_)
       film_ =
           StockFilm(Dexels(film_->lines()), film_->cell(), path.moves.front().start, path.moves.back().end);

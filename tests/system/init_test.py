@@ -6,11 +6,10 @@ init_test.py BIN_FOLDER WORK_FOLDER
 """
 
 import os
-import shutil
-import subprocess
 import sys
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+from service_run import Run, ROOT
+
 LIBRARY = """tools:
   - {id: b2, type: ball, diameter_mm: 2, length_mm: 110, shank_length_mm: 50,
      cutting_data: [{material: steel, cut_mm_per_min: 700, plunge_mm_per_min: 200, spindle_rpm: 12000}]}
@@ -21,29 +20,20 @@ LIBRARY = """tools:
 """
 
 
-class Shop:
+class Shop(Run):
     def __init__(self, binaries, work):
-        self.bin, self.work = os.path.abspath(binaries), os.path.abspath(work)
-        shutil.rmtree(self.work, ignore_errors=True)
-        os.makedirs(self.work)
+        super().__init__(binaries, work)
         self.machine = f"{ROOT}/config/machines/generic-ac.yaml"
         self.write("tools.yaml", LIBRARY)
         assert self.call("part", "pin", "--out", "pin.stl", program="tiltfeed-sim")[0] == 0
 
-    def write(self, name, text):
-        with open(f"{self.work}/{name}", "w", encoding="utf-8") as file:
-            file.write(text)
-
-    def read(self, name):
-        with open(f"{self.work}/{name}", encoding="utf-8") as file:
-            return file.read()
-
-    def call(self, *words, program="tiltfeed"):
-        done = subprocess.run([f"{self.bin}/{program}", *words], cwd=self.work, capture_output=True, text=True, check=False)
-        return done.returncode, done.stdout + done.stderr
+    def ask(self, *words):
+        """Status, and all that is said."""
+        status, out, said = self.call(*words)
+        return status, out + said
 
     def init(self, *words):
-        return self.call("init", *words, "--machine", self.machine)
+        return self.ask("init", *words, "--machine", self.machine)
 
 
 def main():
@@ -51,26 +41,26 @@ def main():
     # Without a library: a ball by rule, and a job that is proven as it is.
     status, said = shop.init("pin.stl")
     assert status == 0 and "QUESTION" in said, said
-    assert "QUESTION: which tool is it?" in shop.read("pin.yaml")
-    status, said = shop.call("plan", "pin.yaml", "--out", "pin.nc")
+    assert "QUESTION: which tool is it?" in shop.text("pin.yaml")
+    status, said = shop.ask("plan", "pin.yaml", "--out", "pin.nc")
     assert status == 0 and "proven" in said, said
     # A job with answers in it stays.
     shop.write("pin.yaml", "answers")
     status, said = shop.init("pin.stl")
-    assert status == 2 and "there already" in said and shop.read("pin.yaml") == "answers", said
+    assert status == 2 and "there already" in said and shop.text("pin.yaml") == "answers", said
     os.remove(f"{shop.work}/pin.yaml")
     # Between the wings of the pin 30 mm reach little: the largest that reaches as much as the smallest is 2 mm.
     status, said = shop.init("pin.stl", "--tools", "tools.yaml", "--out", "pin.yaml")
     assert status == 0, said
-    text = shop.read("pin.yaml")
+    text = shop.text("pin.yaml")
     assert 'cutter: {library: "tools.yaml", id: "b2"}' in text, text
     assert "which material" in text
     # In a material only one tool has data for, and its feeds are taken.
     status, said = shop.init("pin.stl", "--tools", "tools.yaml", "--material", "steel", "--out", "steel.yaml")
     assert status == 0, said
-    status, described = shop.call("check", "steel.yaml")
+    status, described = shop.ask("check", "steel.yaml")
     assert status == 0 and "feeds.cut_mm_per_min: 700" in described and "feeds.spindle_rpm: 12000" in described, described
-    status, said = shop.call("plan", "steel.yaml", "--out", "steel.nc")
+    status, said = shop.ask("plan", "steel.yaml", "--out", "steel.nc")
     assert status == 0 and "proven" in said, said
     # What cannot be is said with what to do.
     status, said = shop.init("pin.stl", "--tools", "tools.yaml", "--material", "gold", "--out", "gold.yaml")
@@ -83,8 +73,8 @@ def main():
         profile = file.read()
     assert "\nmagazine:" not in profile
     shop.write("machine.yaml", profile + "\nmagazine:\n  - {number: 5, id: b1}\n")
-    status, said = shop.call("init", "pin.stl", "--tools", "tools.yaml", "--machine", "machine.yaml", "--out", "mag.yaml")
-    assert status == 0 and 'id: "b1"' in shop.read("mag.yaml"), said
+    status, said = shop.ask("init", "pin.stl", "--tools", "tools.yaml", "--machine", "machine.yaml", "--out", "mag.yaml")
+    assert status == 0 and 'id: "b1"' in shop.text("mag.yaml"), said
     print("init: jobs that plan as they are")
 
 

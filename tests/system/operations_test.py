@@ -7,7 +7,6 @@ operations_test.py BIN_FOLDER WORK_FOLDER
 
 import json
 import re
-import subprocess
 import sys
 
 from service_run import Run, ROOT
@@ -28,30 +27,16 @@ class Shop:
             assert f"side_step_mm: {step}" in text
             text = text.replace(f"side_step_mm: {step}", f"side_step_mm: {wide}")
         self.text = text
-        self.write("job.yaml", text)
-
-    def write(self, name, text):
-        with open(f"{self.run.work}/{name}", "w", encoding="utf-8") as file:
-            file.write(text)
-
-    def read(self, name):
-        with open(f"{self.run.work}/{name}", encoding="utf-8") as file:
-            return file.read()
-
-    def call(self, *words, program="tiltfeed"):
-        """Status, standard output, standard error."""
-        done = subprocess.run([f"{self.run.bin}/{program}", *words], cwd=self.run.work, capture_output=True, text=True,
-                              check=False)
-        return done.returncode, done.stdout, done.stderr
+        self.run.write("job.yaml", text)
 
     def program(self, *words, program="tiltfeed"):
-        status, out, said = self.call(*words, program=program)
+        status, out, said = self.run.call(*words, program=program)
         self.run.want(status == 0, f"{words}: {said}")
         return out
 
     def verify(self, job, program, *options):
         """Status and report."""
-        status, out, said = self.call("verify", job, program, "--json", *options)
+        status, out, said = self.run.call("verify", job, program, "--json", *options)
         self.run.want(status in (0, 1, 3) and out, f"verify: {said}")
         return status, json.loads(out)
 
@@ -72,16 +57,16 @@ def one_program(shop):
     report = json.loads(shop.program("plan", "job.yaml", "--out", "all.nc", "--map", "all.map", "--cl", "all.cls", "--json"))
     run.want([one["name"] for one in report["operations"]] == NAMES, f"operations: {report['operations']}")
     run.want(report["blocks"] == sum(one["blocks"] for one in report["operations"]), "blocks are not those of all operations")
-    whole = sections(shop.read("all.nc"))
+    whole = sections(run.text("all.nc"))
     run.want(len(whole) == 3, f"{len(whole)} marks")
     run.want([len(re.findall(r"^T\d M6", part, re.MULTILINE)) for part in whole] == [1, 1, 0], "tool changes")
     for name, part in zip(NAMES, whole):
         shop.program("plan", "job.yaml", "--operation", name, "--out", "one.nc")
-        run.want(cuts(sections(shop.read("one.nc"))[0]) == cuts(part), f"{name}: other moves than by itself")
+        run.want(cuts(sections(run.text("one.nc"))[0]) == cuts(part), f"{name}: other moves than by itself")
     # The CL file of all, posted, is the same program but for what a CL file does not say.
     shop.program("post", "all.cls", "--machine", f"{ROOT}/config/machines/generic-ac.yaml", "--part-zero", "0,0,200",
                  "--fixture", "90,0,0", "--out", "posted.nc")
-    posted = [line for line in shop.read("posted.nc").splitlines() if re.match(r"T\d M6", line)]
+    posted = [line for line in run.text("posted.nc").splitlines() if re.match(r"T\d M6", line)]
     run.want(posted == ["T1 M6", "T2 M6", "T2 M6"], f"tools of the CL file: {posted}")
     status, verified = shop.verify("job.yaml", "all.nc", "--bundles", "3")
     run.want(status == 0 and verified["passed"], f"not passed: {verified['verdict']}")
@@ -93,7 +78,7 @@ def the_order_does_not_matter_to_what_is_left(shop, removed):
     """What is cut away is cut away: the same from the same stock in another order."""
     run = shop.run
     head, *items = re.split(r"(?=^  - name: )", shop.text, flags=re.MULTILINE)
-    shop.write("back.yaml", head + "".join(reversed(items)))
+    run.write("back.yaml", head + "".join(reversed(items)))
     shop.program("plan", "back.yaml", "--out", "back.nc")
     _, verified = shop.verify("back.yaml", "back.nc", "--bundles", "3")
     back = [one["removed_mm3"] for one in verified["operations"]]
@@ -102,15 +87,16 @@ def the_order_does_not_matter_to_what_is_left(shop, removed):
 
 
 def damage_is_found_where_it_is(shop):
-    run, text = shop.run, shop.read("all.nc")
+    run = shop.run
+    text = run.text("all.nc")
     lines = text.splitlines(keepends=True)
     marks = [i for i, line in enumerate(lines) if "TILTFEED operation" in line]
     # Deeper by half a millimetre along the pin's radius, in a cut of the second operation: Y of the machine, A at -90.
     at = next(i for i in range(marks[1] + 400, marks[2]) if re.match(r"Y\d+\.\d+", lines[i]))
     deep = lines.copy()
     deep[at] = re.sub(r"Y(\d+\.\d+)", lambda word: f"Y{float(word.group(1)) - 0.5:.4f}", deep[at], count=1)
-    shop.write("deep.nc", "".join(deep))
-    status, _, said = shop.call("prove", "job.yaml", "deep.nc", program="tiltfeed-sim")
+    run.write("deep.nc", "".join(deep))
+    status, _, said = run.call("prove", "job.yaml", "deep.nc", program="tiltfeed-sim")
     told = re.search(r"deep\.nc:(\d+): gouge", said)  # on the way there, or from there
     run.want(status == 1 and told and int(told.group(1)) in (at + 1, at + 2), f"prove: {status} {at} {said}")
     status, verified = shop.verify("job.yaml", "deep.nc")
@@ -121,20 +107,20 @@ def damage_is_found_where_it_is(shop):
             ("the second operation is lost", lines[:marks[1]] + lines[marks[2]:]),
             ("the last is lost", lines[:marks[2]] + ["M2\n"]),
             ("the tool is not changed", [line for line in lines if not line.startswith("T2 M6")])):
-        shop.write("damaged.nc", "".join(damaged))
+        run.write("damaged.nc", "".join(damaged))
         for program, words in (("tiltfeed-sim", ["prove"]), ("tiltfeed", ["verify"])):
-            status, _, said = shop.call(*words, "job.yaml", "damaged.nc", program=program)
+            status, _, said = run.call(*words, "job.yaml", "damaged.nc", program=program)
             run.want(status == 1 and "damaged.nc:" in said, f"{name}: {words} {status} {said}")
     # The program of one operation is not that of the job.
-    status, _, said = shop.call("verify", "job.yaml", "one.nc")
+    status, _, said = run.call("verify", "job.yaml", "one.nc")
     run.want(status == 1 and "one.nc: the program was posted for" in said, f"one operation's program: {said}")
-    status, _, said = shop.call("verify", "job.yaml", "one.nc", "--operation", NAMES[2])
+    status, _, said = run.call("verify", "job.yaml", "one.nc", "--operation", NAMES[2])
     run.want(status == 0, f"one operation's program by its name: {said}")
     shop.program("plan", "job.yaml", "--each", "--out", "e.nc", "--cl", "e.cls")
     for name in NAMES:
-        run.want(f"TILTFEED operation {NAMES.index(name) + 1} of 3 {name}" in shop.read(f"e-{name.replace(' ', '-')}.nc"), name)
-        shop.read(f"e-{name.replace(' ', '-')}.cls")
-    status, _, said = shop.call("plan", "job.yaml", "--operation", "last", "--out", "no.nc")
+        run.want(f"TILTFEED operation {NAMES.index(name) + 1} of 3 {name}" in run.text(f"e-{name.replace(' ', '-')}.nc"), name)
+        run.text(f"e-{name.replace(' ', '-')}.cls")
+    status, _, said = run.call("plan", "job.yaml", "--operation", "last", "--out", "no.nc")
     run.want(status == 2 and "its operations are semi-finish, finish, middle once more" in said, f"another name: {said}")
 
 
@@ -142,7 +128,7 @@ def a_service_knows_them(shop):
     """All with the tool in the spindle, so that nobody has to change it."""
     run = shop.run
     text = re.sub(r"    cutter: .*\n|    program: .*\n", "", shop.text)
-    shop.write("shop.yaml", text.replace("spindle_rpm: 18000", "spindle_rpm: 0").replace("spindle_rpm: 12000", "spindle_rpm: 0"))
+    run.write("shop.yaml", text.replace("spindle_rpm: 18000", "spindle_rpm: 0").replace("spindle_rpm: 12000", "spindle_rpm: 0"))
     run.configure(f"modbus-tcp:{run.simulate('--modbus-tcp', '127.0.0.1:0', '--speed', '1')}")
     run.serve_ready()
     status, said = run.tiltfeed("submit", f"{run.work}/shop.yaml")

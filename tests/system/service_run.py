@@ -57,6 +57,15 @@ class Run:
         with open(f"{self.work}/{name}", encoding="utf-8", errors="replace") as file:
             return file.read()
 
+    def write(self, name, text):
+        with open(f"{self.work}/{name}", "w", encoding="utf-8") as file:
+            file.write(text)
+
+    def call(self, *words, program="tiltfeed"):
+        """A program in the work folder: status, standard output, standard error."""
+        done = subprocess.run([f"{self.bin}/{program}", *words], cwd=self.work, capture_output=True, text=True, check=False)
+        return done.returncode, done.stdout, done.stderr
+
     def until(self, what, condition, seconds=300.0):
         end = time.monotonic() + seconds
         while not condition():
