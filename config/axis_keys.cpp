@@ -27,13 +27,28 @@ void read_directions(const Section& axis, pathgen::AxisFrame& frame) {
   frame.n = normalized(once - dot(once, frame.t) * frame.t);
 }
 
+constexpr Range kLeanLimit{0.0, 60.0};  // degrees
+
+void read_lean(const Section& axis, pathgen::PlanOptions& plan) {
+  plan.lean.limit = Angle::from_degrees(axis.number("lean_limit_deg", kLeanLimit, 0.0));
+  if (plan.lean.limit.radians() <= 0.0) {
+    axis.unused("max_turn_deg_per_mm", "without lean_limit_deg, which lets the tool lean from the axis");
+    return;
+  }
+  plan.lean.max_turn = Angle::from_degrees(axis.number("max_turn_deg_per_mm", kMaxTurn, 0.0));
+  if (plan.cutter.type != pathgen::CutterType::kBall && plan.cutter.type != pathgen::CutterType::kTaperBall)
+    axis.complain("lean_limit_deg",
+                  "a cutter that leans touches elsewhere unless it ends in a ball; expected 0, or the cutter "
+                  "type ball or taper_ball");
+}
+
 }  // namespace
 
 void read_axis(const Section& root, pathgen::PlanOptions& plan) {
   const Section axis =
       root.section("axis", {"mode", "sense", "origin_mm", "t", "n", "circle_radius_mm", "plane_normals",
-                            "lead_deg", "lean_deg", "smoothing_mm", "max_turn_deg_per_mm", "most_directions",
-                            "coverage_percent", "least_gain_percent", "steepest_deg"});
+                            "lead_deg", "lean_deg", "lean_limit_deg", "smoothing_mm", "max_turn_deg_per_mm",
+                            "most_directions", "coverage_percent", "least_gain_percent", "steepest_deg"});
   pathgen::AxisFrame& frame = plan.axis;
   frame.mode = axis.choice<pathgen::AxisMode>("mode", kModeWords);
   const std::string mode = word(kModeWords, frame.mode);
@@ -42,19 +57,20 @@ void read_axis(const Section& root, pathgen::PlanOptions& plan) {
       axis.unused(key, "in the mode " + mode + ", only in indexed");
   if (frame.mode == pathgen::AxisMode::kIndexed) {
     for (const char* key : {"sense", "origin_mm", "t", "n", "circle_radius_mm", "plane_normals", "lead_deg",
-                            "lean_deg", "smoothing_mm", "max_turn_deg_per_mm"})
+                            "lean_deg", "lean_limit_deg", "smoothing_mm", "max_turn_deg_per_mm"})
       axis.unused(key, "in the mode indexed, where a few fixed directions are chosen");
     read_indexed_axis(root, axis, plan.indexed, plan.cutter);
     return;
   }
   if (frame.mode == pathgen::AxisMode::kFree) {
-    for (const char* key : {"sense", "origin_mm", "t", "n", "circle_radius_mm"})
+    for (const char* key : {"sense", "origin_mm", "t", "n", "circle_radius_mm", "lean_limit_deg"})
       axis.unused(key, "in the mode free, where the tool axis is chosen at every point");
     read_free_axis(root, axis, plan.free, plan.cutter);
     return;
   }
-  for (const char* key : {"plane_normals", "lead_deg", "lean_deg", "smoothing_mm", "max_turn_deg_per_mm"})
+  for (const char* key : {"plane_normals", "lead_deg", "lean_deg", "smoothing_mm"})
     axis.unused(key, "in the mode " + mode + ", only in free");
+  read_lean(axis, plan);
   if (frame.mode != pathgen::AxisMode::kFixed)
     frame.sense = axis.choice<pathgen::Sense>("sense", kSenseWords);
   else

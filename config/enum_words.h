@@ -35,6 +35,7 @@ inline constexpr Words<pathgen::StepMeasure> kMeasureWords = {{"flat", pathgen::
 inline constexpr Words<bool> kMillingWords = {{"climb", true}, {"conventional", false}};
 inline constexpr Words<pathgen::Reaction> kReactionWords = {{"trim", pathgen::Reaction::kTrim},
                                                             {"retract", pathgen::Reaction::kRetract},
+                                                            {"tilt", pathgen::Reaction::kTilt},
                                                             {"report", pathgen::Reaction::kReport}};
 
 /// The word of a value. Requires: `words` has one for it.

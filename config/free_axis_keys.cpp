@@ -8,7 +8,6 @@ namespace tiltfeed::config {
 namespace {
 
 constexpr Range kLean = between(-85.0, 85.0);  // degrees; further would cut with the side of the tool
-constexpr Range kMaxTurn = above(0.0, 180.0);  // degrees/mm
 constexpr double kDefaultTurn =
     25.0;  // degrees over the cutter's radius: a small cutter rolls over edges faster
 constexpr std::size_t kMaxStacks = 8;
@@ -37,6 +36,13 @@ Angle default_turn(const MachineModel& machine, const pathgen::Cutter& cutter, F
   const double kept = fastest / (1.0 + radius * fastest);
   return Angle::from_radians(std::min({kept, Angle::from_degrees(kDefaultTurn).radians() / radius,
                                        Angle::from_degrees(kMaxTurn.max).radians()}));
+}
+
+void set_default_turns(const MachineModel& machine, pathgen::PlanOptions& plan) {
+  const bool is_free = plan.axis.mode == pathgen::AxisMode::kFree;
+  if (!is_free && plan.lean.limit.radians() <= 0.0) return;
+  Angle& turn = is_free ? plan.free.max_turn : plan.lean.max_turn;
+  if (turn.radians() == 0.0) turn = default_turn(machine, plan.cutter, plan.cut_feed);
 }
 
 }  // namespace tiltfeed::config

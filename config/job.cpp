@@ -149,6 +149,9 @@ std::string missed_direction(const Job& job) {
              "; use fixed, or where it has one line, or take a machine with two";
     }
   }
+  if (may_lean(job.plan))
+    return "the reaction tilt turns the tool every way about the axis, and " + machine.name +
+           " has fewer than two rotary axes; use the reaction trim, or take a machine with two";
   const Chain chain(machine, job.setup);
   for (const Vec3 direction : needed) {
     const Vec3 there = chain.on_table(direction);
@@ -225,9 +228,7 @@ Result<Job> parse_tree(const YamlNode& tree, const std::string& path, const JobF
     job.tessellation = ToleranceBudget::tessellation(job.plan.tolerance);
     job.plan.tolerance -= job.tessellation;
   }
-  if (Angle& turn = job.plan.free.max_turn;
-      job.plan.axis.mode == pathgen::AxisMode::kFree && turn.radians() == 0.0)
-    turn = default_turn(job.machine.model, job.plan.cutter, job.plan.cut_feed);
+  set_default_turns(job.machine.model, job.plan);
   return job;
 }
 

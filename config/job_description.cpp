@@ -58,6 +58,8 @@ void describe_axis(Description& out, const pathgen::PlanOptions& plan) {
   out.add("axis.t", axis.t);
   out.add("axis.n", axis.n);
   if (axis.mode == pathgen::AxisMode::kCircle) out.add("axis.circle_radius_mm", axis.circle_radius);
+  out.add("axis.lean_limit_deg", plan.lean.limit);
+  if (plan.lean.limit.radians() > 0.0) out.add("axis.max_turn_deg_per_mm", plan.lean.max_turn);
 }
 
 void describe_pattern(Description& out, const pathgen::Pattern& pattern, pathgen::AxisMode mode) {

@@ -37,7 +37,8 @@ struct CutterChoice {
 /// `tools`: the library that the section names; null: it is not read, and a cutter stands for what it says.
 /// The result points into it.
 CutterChoice read_cutter(const Section& root, const ToolLibrary* tools);
-/// plan.axis and plan.free. Requires: plan.cutter.
+/// plan.axis, plan.lean and plan.free; Lean::max_turn is 0 where the job leaves it to default_turn().
+/// Requires: plan.cutter.
 void read_axis(const Section& root, pathgen::PlanOptions& plan);
 /// The keys of the section axis in the mode free, and what else of the job does not go with it;
 /// FreeAxis::max_turn is 0 where the job leaves it to default_turn(). Requires: plan.cutter.
@@ -48,6 +49,8 @@ void read_free_axis(const Section& root, const Section& axis, pathgen::FreeAxis&
 /// in the meantime at the least. The rotary keeps up with it where the tool lies square to its axis; nearer
 /// the pole turns about that axis take it longer, and the feed waits for it.
 Angle default_turn(const MachineModel& machine, const pathgen::Cutter& cutter, Feed feed);
+/// Sets the turns that the job leaves to it.
+void set_default_turns(const MachineModel& machine, pathgen::PlanOptions& plan);
 /// The same in the mode indexed.
 void read_indexed_axis(const Section& root, const Section& axis, pathgen::IndexedAxis& indexed,
                        const pathgen::Cutter& cutter);

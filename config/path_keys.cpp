@@ -75,6 +75,29 @@ void refuse_reaction(const Section& guards, const char* key, const pathgen::Stan
                         "expected trim");
 }
 
+/// What the reaction tilt needs.
+void check_tilt(const Section& guards, const pathgen::PlanOptions& plan) {
+  const bool shank = plan.shank.reaction == pathgen::Reaction::kTilt,
+             holder = plan.holder.reaction == pathgen::Reaction::kTilt;
+  if (!shank && !holder) return;
+  const char* key = shank ? "shank" : "holder";
+  if (plan.axis.mode == pathgen::AxisMode::kIndexed)
+    return guards.complain(key,
+                           "the reaction tilt is not used in the axis mode indexed, whose directions are "
+                           "fixed; expected trim, retract or report");
+  if (plan.lean.limit.radians() <= 0.0)
+    guards.complain(key, "the reaction tilt needs axis.lean_limit_deg above 0: how far the tool may lean");
+  const pathgen::Reaction other = shank ? plan.holder.reaction : plan.shank.reaction;
+  if (!plan.cutter.holder.empty() && other != pathgen::Reaction::kTilt && other != pathgen::Reaction::kTrim)
+    guards.complain(shank ? "holder" : "shank",
+                    "the reaction " + std::string(word(kReactionWords, other)) +
+                        " does not go with tilt, which keeps the whole tool clear; expected tilt or trim");
+  if (plan.radial_stock > 0.0 || plan.axial_stock > 0.0)
+    guards.complain(key,
+                    "the stock of stock.radial_mm and stock.axial_mm lies along and square to the tool axis, "
+                    "and a tool that leans cuts into it; expected trim, or the stock as allowance_mm");
+}
+
 void read_guards(const Section& root, pathgen::PlanOptions& plan) {
   const Section guards = root.optional_section("guards", {"shank", "holder"});
   plan.shank = read_guard(guards, "shank", plan.shank);
@@ -83,6 +106,7 @@ void read_guards(const Section& root, pathgen::PlanOptions& plan) {
     refuse_reaction(guards, "shank", plan.shank);
     refuse_reaction(guards, "holder", plan.holder);
   }
+  if (plan.axis.mode != pathgen::AxisMode::kFree) check_tilt(guards, plan);
   if (guards.has("holder") && plan.cutter.holder.empty())
     guards.complain("holder", "there is no holder to guard; give its steps in cutter.holder");
 }

@@ -126,6 +126,10 @@ void add_path(nlohmann::ordered_json& json, const OperationPlan& one) {
   json["joins"] = plan.joins;
   json["cut_length_mm"] = plan.cut_length;
   json["rapid_length_mm"] = plan.rapid_length;
+  if (plan.lean)
+    json["lean"] = {{"length_mm", plan.lean->length},
+                    {"left_mm", plan.lean->left},
+                    {"largest_deg", plan.lean->largest.degrees()}};
 }
 
 /// What the machine is asked for.
@@ -306,6 +310,11 @@ std::string path_text(const OperationPlan& one) {
         static_cast<unsigned long long>(plan.free->directions),
         static_cast<unsigned long long>(plan.free->breaks),
         100.0 * plan.free->unreached_length / plan.free->cl_length);
+  if (plan.lean)
+    text += formatted(
+        "lean: the tool leans from the axis of the mode on %.1f mm of the passes, by up to %.2f degrees; "
+        "%.1f mm are left out\n",
+        plan.lean->length, plan.lean->largest.degrees(), plan.lean->left);
   if (plan.indexed)
     text += formatted(
         "indexed: %zu directions reach %.1f %% of the surface, all directions together %.1f %%\n",

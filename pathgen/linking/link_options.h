@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "kinematics/basics/tool_path.h"
@@ -18,6 +19,26 @@ namespace tiltfeed::pathgen {
 enum class PassOrder {
   kGiven,    ///< slice by slice
   kRegions,  ///< region by region where that saves air, else slice by slice
+};
+
+class Envelope;
+struct ClField;
+
+/// How a tool that leans from the axis field at an end of a pass comes there and away: (L7).
+struct LeanedEnd {
+  Point<Part> top;   ///< of the reference, drawn back along the tool's own axis
+  Point<Flat> over;  ///< on the clearance surface, where it stands upright again
+};
+struct LeanedWays {
+  const ClField* field = nullptr;  ///< on which passes lie that lean: shank and holder are not in it
+  Envelope* envelope = nullptr;    ///< of it
+  /// Of an end of a pass; nothing where it does not lean.
+  std::function<std::optional<LeanedEnd>(const EnvelopePoint&)> end{};
+  /// How far over it, along its axis, a rapid ends, mm.
+  std::function<double(const EnvelopePoint&)> rapid_end{};
+  /// The points of a join with their leans; nothing where there is none.
+  std::function<std::optional<Pass>(const EnvelopePoint& a, const Pass& between, const EnvelopePoint& b)>
+      join{};
 };
 
 struct Linking {
@@ -37,6 +58,7 @@ struct Linking {
   std::function<bool(const EnvelopePoint&)> allowed{};
   /// And a straight move between two of them? Empty: any.
   std::function<bool(const EnvelopePoint&, const EnvelopePoint&)> straight{};
+  const LeanedWays* leaned = nullptr;  ///< null: no pass leans
   /// When the user stops it, the moves are not all there.
   ReportShare report{};
 };

@@ -48,7 +48,11 @@ class Linker {
                                                         : Travel::IsOver()),
         joins_(field, options, opposite_wall, envelope, travel_),
         leads_(field, options, opposite_wall, envelope, travel_),
-        approaches_(field, options.approach, options.clearance_z) {}
+        approaches_(field, options.approach, options.clearance_z) {
+    if (options.leaned != nullptr)
+      leaned_joins_.emplace(*options.leaned->field, options, opposite_wall, *options.leaned->envelope,
+                            travel_);
+  }
 
   Linked run(const Order& order, const std::vector<std::vector<Pass>>& slices, const ReportShare& report) {
     linked_ = {};
@@ -98,8 +102,7 @@ class Linker {
     if (!down_ || options_.join_distance <= 0.0) return false;
     const auto [known, unknown] = joined_.try_emplace({down_->end, &pass[0]});
     std::optional<Pass>& between = known->second;
-    if (unknown)
-      between = joins_.between(down_->at, {pass[0], pass[std::min<std::size_t>(1, pass.size() - 1)]});
+    if (unknown) between = join_to({pass[0], pass[std::min<std::size_t>(1, pass.size() - 1)]});
     if (!between) return false;
     for (const EnvelopePoint& p : *between) cut(p);
     cut(pass[0]);
@@ -107,9 +110,42 @@ class Linker {
     return true;
   }
 
+  std::optional<Pass> join_to(const Joins::End& start) {
+    const bool leans = leaned_joins_ && (leaned_end(down_->at.point) || leaned_end(start.point));
+    if (!leans) return joins_.between(down_->at, start);
+    const auto upright = [this](Joins::End end) {
+      for (EnvelopePoint* p : {&end.point, &end.inward}) p->axis = travel_.pose(p->flat).axis;
+      return end;
+    };
+    const std::optional<Pass> between = leaned_joins_->between(upright(down_->at), upright(start));
+    return between ? options_.leaned->join(down_->at.point, *between, start.point) : std::nullopt;
+  }
+
+  std::optional<LeanedEnd> leaned_end(const EnvelopePoint& end) const {
+    return options_.leaned != nullptr ? options_.leaned->end(end) : std::nullopt;
+  }
+
+  /// (L7) The same to a pass at whose start the tool leans.
+  bool fly_leaning(const EnvelopePoint& start, const LeanedEnd& way) {
+    const Travel::Way found = travel_to(way.over);
+    if (found != Travel::Way::kFound) {
+      ++(found == Travel::Way::kTilted ? linked_.tilted_passes : linked_.skipped_passes);
+      return false;
+    }
+    push(pose_at(way.top, start.axis, options_.reference_height), MoveKind::kPlunge);
+    const double over = options_.leaned->rapid_end(start);
+    if (over < distance(start.centre, way.top))
+      push(pose_at(start.centre + start.axis * over, start.axis, options_.reference_height),
+           MoveKind::kRapid);
+    push(pose_of(start), MoveKind::kPlunge, surface_.facet_of(start.patch));
+    count_lead(false);
+    return true;
+  }
+
   /// (L1) Up, over and down. Where there is no way, the pass is counted as left out, and the tool stays up.
   bool fly(const Directed& pass) {
     if (down_) retract();
+    if (const auto leaned = leaned_end(pass[0])) return fly_leaning(pass[0], *leaned);
     std::vector<Point<Flat>> arc;
     if (options_.lead_radius > 0.0 && pass.size() > 1) arc = leads_.arc(pass[0], pass[1]);
     Travel::Way way = arc.empty() ? Travel::Way::kBlocked : travel_to(arc.back());
@@ -146,6 +182,7 @@ class Linker {
   }
 
   void retract() {
+    if (const auto leaned = leaned_end(down_->at.point)) return retract_leaning(*leaned);
     std::vector<Point<Flat>> arc;
     if (options_.lead_radius > 0.0) arc = leads_.arc(down_->at.point, down_->at.inward);
     for (const Point<Flat>& place : arc) push(travel_.pose(place), MoveKind::kPlunge);
@@ -153,6 +190,15 @@ class Linker {
     at_.z = options_.clearance_z;
     push(travel_.pose(at_), MoveKind::kRapid);
     count_lead(!arc.empty());
+    ++linked_.retracts;
+    down_.reset();
+  }
+
+  void retract_leaning(const LeanedEnd& way) {
+    push(pose_at(way.top, down_->at.point.axis, options_.reference_height), MoveKind::kRapid);
+    push(travel_.pose(way.over), MoveKind::kPlunge);
+    at_ = way.over;
+    count_lead(false);
     ++linked_.retracts;
     down_.reset();
   }
@@ -174,6 +220,7 @@ class Linker {
   OppositeWall& opposite_wall_;
   Travel travel_;
   Joins joins_;
+  std::optional<Joins> leaned_joins_;  ///< where a pass may lean
   Leads leads_;
   Approaches approaches_;
   struct Down {

@@ -70,11 +70,19 @@ struct Containment {
 enum class Reaction {
   kTrim,     ///< those places are left out, and reported
   kRetract,  ///< the tool is raised along its axis until it is clear, and that is reported
+  kTilt,     ///< the tool leans about its ball until it is clear; what no lean clears is left out
   kReport    ///< the path stays as it is; the report says where
 };
 struct StandOff {
   double clearance = 0.0;  ///< mm
   Reaction reaction = Reaction::kTrim;
+};
+
+/// By how much the tool may lean from a predefined axis where a guard's reaction is kTilt; ball and
+/// taper_ball.
+struct Lean {
+  Angle limit;     ///< largest angle to the axis that the mode says, below 90 degrees; 0: none
+  Angle max_turn;  ///< of the lean, per mm of the CL point's way on a pass
 };
 
 struct LinkingOptions {
@@ -110,6 +118,7 @@ struct PlanOptions {
   std::string name;  ///< of the part
   Cutter cutter;
   AxisFrame axis;
+  Lean lean;            ///< neither with AxisMode::kFree nor kIndexed
   FreeAxis free;        ///< with AxisMode::kFree
   IndexedAxis indexed;  ///< with AxisMode::kIndexed
   Pattern pattern;
@@ -131,5 +140,11 @@ struct PlanOptions {
   Angle tilt_max =
       Angle::from_degrees(180.0);  ///< largest angle of the tool axis to `up`; the rest is left out
 };
+
+/// May the tool lean anywhere?
+inline bool may_lean(const PlanOptions& o) {
+  return o.lean.limit.radians() > 0.0 &&
+         (o.shank.reaction == Reaction::kTilt || o.holder.reaction == Reaction::kTilt);
+}
 
 }  // namespace tiltfeed::pathgen

@@ -66,6 +66,13 @@ struct RestReport {
   std::vector<double> fixture_area;  ///< that each fixture keeps the tool from, mm^2
 };
 
+/// Where the tool leans from a predefined axis, as guards ask.
+struct LeanReport {
+  double length = 0.0;  ///< of the passes with a lean, mm
+  double left = 0.0;    ///< of the passes left out, as no lean clears them or as it would turn too fast, mm
+  Angle largest;        ///< lean
+};
+
 /// What a fixture keeps the tool from.
 struct KeptByFixture {
   std::string name;
@@ -84,6 +91,7 @@ struct PlanReport {
   double cut_length = 0.0, rapid_length = 0.0;  ///< of the tip, mm
   std::optional<FreeReport> free;               ///< with the axis free
   std::optional<IndexedReport> indexed;         ///< with fixed directions
+  std::optional<LeanReport> lean;               ///< where a guard lets the tool lean and something comes near
   std::optional<RestReport> uncut;              ///< with PlanOptions::find_rest_material, in one axis field
   std::optional<BetweenPasses> between;         ///< the same where each place has its own axis: free, indexed
   std::vector<KeptByFixture> fixtures;          ///< those that keep the tool from something

@@ -8,8 +8,10 @@ std::optional<RestReason> PointRules::refusal(const EnvelopePoint& p) const {
   const ToolPiece& piece = touching(p);
   if (piece.at_fixtures) return RestReason::kFixture;
   const ToolPart part = piece.part;
-  if (part == ToolPart::kShank && options_.shank.reaction == Reaction::kTrim) return RestReason::kShank;
-  if (part == ToolPart::kHolder && options_.holder.reaction == Reaction::kTrim) return RestReason::kHolder;
+  // On the axis of the mode itself what lets the tool lean may not stand there either.
+  const auto left_out = [](Reaction r) { return r == Reaction::kTrim || r == Reaction::kTilt; };
+  if (part == ToolPart::kShank && left_out(options_.shank.reaction)) return RestReason::kShank;
+  if (part == ToolPart::kHolder && left_out(options_.holder.reaction)) return RestReason::kHolder;
   return std::nullopt;
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <memory>
+#include <optional>
 
 #include "kinematics/basics/tolerance_budget.h"
 #include "pathgen/envelope/envelope.h"
@@ -15,6 +17,7 @@
 #include "pathgen/pattern/passes.h"
 #include "pathgen/pattern/pattern.h"
 #include "pathgen/plan/inside_solid.h"
+#include "pathgen/plan/lean_stage.h"
 #include "pathgen/plan/likely_cause.h"
 #include "pathgen/plan/rejected_points.h"
 #include "pathgen/plan/rest_material.h"
@@ -68,6 +71,7 @@ class Planner {
           const Progress& progress, Plan& result)
       : part_(part),
         options_(options),
+        pass_options_(may_lean(options) ? without_leaning_parts(options) : options),
         wanted_(wanted),
         budget_(options.tolerance),
         envelope_(envelope_options(options)),
@@ -79,19 +83,20 @@ class Planner {
     report_.facets = part_.mesh.facets.size();
     report_.warnings = part_.warnings;
     if (!stages_.begin("CL surface")) return cancelled();
-    auto field = make_field(part_, options_, report_.warnings, share_);
-    if (!field) return tl::unexpected(field.error());
-    if (auto done = find_passes(*field); !done) return done;
-    const Result<double> clearance_z = clearance_surface(part_.mesh, top_, (*field)->deformation, options_);
+    auto made = make_field(part_, pass_options_, report_.warnings, share_);
+    if (!made) return tl::unexpected(made.error());
+    std::shared_ptr<const ClField> field = std::move(*made);
+    if (auto done = find_passes(field); !done) return done;
+    const Result<double> clearance_z = clearance_surface(part_.mesh, top_, field->deformation, options_);
     if (!clearance_z) return tl::unexpected(clearance_z.error());
-    if (auto done = join(**field, *clearance_z); !done) return done;
+    if (auto done = join(*field, *clearance_z); !done) return done;
     measure(path_.moves, report_);
     if (options_.find_rest_material && wanted_ == nullptr) {
       if (!stages_.begin("uncut")) return cancelled();
-      OppositeWall opposite_wall(part_.mesh, (*field)->deformation, options_, *clearance_z);
-      report_.uncut =
-          find_rest_material(**field, options_, envelope_, path_.moves, share_,
-                             [&](const EnvelopePoint& stand) { return opposite_wall.keeps_off(stand); });
+      OppositeWall opposite_wall(part_.mesh, field->deformation, options_, *clearance_z);
+      report_.uncut = find_rest_material(
+          *field, pass_options_, envelope_, path_.moves, share_,
+          [&](const EnvelopePoint& stand) { return opposite_wall.keeps_off(stand); }, held_upright());
       if (stages_.stopped()) return cancelled();
       warn_between(report_.uncut->between,
                    options_.pattern.measure == StepMeasure::kScallop
@@ -110,17 +115,19 @@ class Planner {
  private:
   /// The passes of the pattern, without what may not be cut, thinned. Where shank or holder matter, `field`
   /// becomes that with their patches.
-  Result<void> find_passes(std::unique_ptr<const ClField>& field) {
+  Result<void> find_passes(std::shared_ptr<const ClField>& field) {
     const bool starts_inside = field->starts_inside;
     // Smoothing lifts passes; only as they were, they tell which of shank and holder may touch.
-    const bool guarded = tool_pieces(options_).size() > 1;
+    const bool guarded = tool_pieces(pass_options_).size() > 1;
     other_warnings_ = report_.warnings.size();
     auto passes = trace("passes", *field, guarded ? 0.0 : options_.smoothing);
     if (!passes) return tl::unexpected(passes.error());
+    if (may_lean(options_)) cutter_field_ = field;
     if (guarded)
       if (auto done = heed_guards(field, passes); !done) return done;
     if (starts_inside)
       if (auto done = leave_material(part_.mesh, options_.axis.sense, *passes, report_); !done) return done;
+    if (may_lean(options_)) found_ = *passes;
     passes_ = std::move(passes->rows);
     as_given_ = passes->as_given;
     report_.slice_points = passes->traced;
@@ -134,23 +141,23 @@ class Planner {
       return fail(Code::kUnreachable,
                   "the tool reaches no facet of the part: check axis.sense, axis.origin_mm, axis.n and "
                   "containment");
-    if (wanted_ == nullptr) return report_refusals(field->surface, *passes, options_, report_);
+    if (wanted_ == nullptr) return report_refusals(field->surface, *passes, pass_options_, report_);
     PlanReport elsewhere = report_;
-    if (auto done = report_refusals(field->surface, *passes, options_, elsewhere); !done) return done;
+    if (auto done = report_refusals(field->surface, *passes, pass_options_, elsewhere); !done) return done;
     return keep_wanted(*field);
   }
 
   /// Passes that keep shank and holder off, and what is cut into where they only report.
-  Result<void> heed_guards(std::unique_ptr<const ClField>& field, Result<Passes>& passes) {
+  Result<void> heed_guards(std::shared_ptr<const ClField>& field, Result<Passes>& passes) {
     if (!stages_.begin("guards")) return cancelled();
-    auto guarded = holder_field(*field, options_, *passes, false, share_);
+    auto guarded = holder_field(*field, pass_options_, *passes, false, share_);
     if (stages_.stopped()) return cancelled();
     const bool again = guarded != nullptr || options_.smoothing > 0.0;
     if (guarded) field = std::move(guarded);
     if (again) passes = trace("shank and holder", *field, options_.smoothing);
     if (!passes) return tl::unexpected(passes.error());
     if (!stages_.begin("touches")) return cancelled();
-    if (auto reported = holder_field(*field, options_, *passes, true, part_of(share_, 0.0, 0.5)))
+    if (auto reported = holder_field(*field, pass_options_, *passes, true, part_of(share_, 0.0, 0.5)))
       warn_touches(find_touches(*reported, envelope_, *passes, part_of(share_, 0.5, 1.0)), report_);
     if (stages_.stopped()) return cancelled();
     return {};
@@ -194,7 +201,7 @@ class Planner {
     if (!stages_.begin(stage)) return cancelled();
     EnvelopeOptions envelope = envelope_;
     if (wanted_ != nullptr) envelope.max_distance = std::min(envelope.max_distance, wanted_->spacing);
-    PlanOptions options = options_;
+    PlanOptions options = pass_options_;
     options.smoothing = smoothing;
     report_.warnings.resize(other_warnings_);  // those of passes that these replace
     return trace_pattern(
@@ -209,7 +216,10 @@ class Planner {
     std::uint64_t left = 0;
     for (const auto& passes : passes_)
       for (const Pass& pass : passes) left += pass.size();
-    const std::uint64_t trimmed = opposite_wall.trim(passes_, share_);
+    // What may lean is held against all of the part, wherever it is.
+    std::optional<OppositeWall> of_the_rest;
+    if (may_lean(options_)) of_the_rest.emplace(part_.mesh, field.deformation, pass_options_, clearance_z);
+    const std::uint64_t trimmed = (of_the_rest ? *of_the_rest : opposite_wall).trim(passes_, share_);
     if (stages_.stopped()) return cancelled();
     const auto none = [](const std::vector<Pass>& row) { return row.empty(); };
     if (std::all_of(passes_.begin(), passes_.end(), none))
@@ -222,7 +232,9 @@ class Planner {
           std::to_string(trimmed) + " of " + std::to_string(left) +
           " points left out: beyond the axis point, line or circle shank or holder would hit the part");
 
+    if (auto done = lean(field, clearance_z); !done) return done;
     if (!stages_.begin("link")) return cancelled();
+    const ClField& linked_field = lean_ ? lean_->linked() : field;
     const Linking links{.direction = as_given_ ? Direction::kOneWay : options_.pattern.direction,
                         .reference_height = reference_height(options_.cutter),
                         .clearance_z = clearance_z,
@@ -236,13 +248,14 @@ class Planner {
                         .tilt_max = options_.tilt_max,
                         .order = as_given_ ? PassOrder::kGiven : PassOrder::kRegions,
                         .allowed =
-                            [rules = PointRules(options_, field)](const EnvelopePoint& p) {
+                            [rules = PointRules(options_, linked_field)](const EnvelopePoint& p) {
                               return !rules.refusal(p) && rules.region().contains(p.flat);
                             },
                         .straight = wanted_ != nullptr ? wanted_->straight : nullptr,
+                        .leaned = lean_ ? &lean_->ways() : nullptr,
                         .report = share_};
-    Envelope envelope(field.surface, field.deformation, field.index, envelope_);
-    Linked linked = link(passes_, field, links, opposite_wall, envelope);
+    Envelope envelope(linked_field.surface, linked_field.deformation, linked_field.index, envelope_);
+    Linked linked = link(passes_, linked_field, links, opposite_wall, envelope);
     if (stages_.stopped()) return cancelled();
     if (linked.tilted_passes > 0)
       report_.warnings.push_back(
@@ -263,14 +276,37 @@ class Planner {
     return {};
   }
 
+  /// The passes with leans where guards ask for them.
+  Result<void> lean(const ClField& field, double clearance_z) {
+    if (!may_lean(options_)) return {};
+    if (!stages_.begin("lean")) return cancelled();
+    lean_.emplace(part_, options_, envelope_, field, clearance_z);
+    const auto done = lean_->run(*cutter_field_, found_, passes_, report_, share_);
+    if (!done) return done;
+    if (std::none_of(passes_.begin(), passes_.end(), [](const auto& row) { return !row.empty(); }))
+      return fail(Code::kUnreachable,
+                  "nothing is left to cut: shank or holder come too near everywhere, and no lean of up to "
+                  "axis.lean_limit_deg clears them; raise it, or use a longer or thinner tool");
+    return {};
+  }
+
+  HeldUpright held_upright() const {
+    if (!lean_) return {};
+    return [this](const EnvelopePoint& stand) { return lean_->held(stand); };
+  }
+
   const CheckedMesh& part_;
   const PlanOptions& options_;
+  const PlanOptions pass_options_;  ///< of the passes before they lean
   const WantedPart* wanted_;
   ToleranceBudget budget_;
   EnvelopeOptions envelope_;
   std::vector<std::vector<Pass>> passes_;                  ///< by line
   bool as_given_ = false;                                  ///< they keep their order and direction
   double top_ = -std::numeric_limits<double>::infinity();  ///< highest z' of the envelope
+  std::shared_ptr<const ClField> cutter_field_;  ///< where passes may lean: that of the cutting part
+  Passes found_;                                 ///< and the passes that it gave
+  std::optional<LeanStage> lean_;
   ToolPath& path_;
   PlanReport& report_;
   std::size_t other_warnings_ = 0;  ///< than of passes

@@ -30,6 +30,8 @@ constexpr double kNear = 0.25;
 constexpr int kSidesteps = 4;
 /// Facets that lean over by less (sine) stand beside what the envelope breaks off at.
 constexpr double kSteep = 0.1;
+/// Share of the tool's radius: less than that a path may leave of a wall on which it was.
+constexpr double kLeftOfWall = 0.25;
 /// What leans over by less (sine) than 15 degrees rows do not follow: walls are z_level's.
 constexpr double kSteepest = 0.26;
 
@@ -101,11 +103,12 @@ struct Pieces {
 class Judge {
  public:
   Judge(const ClField& field, const HullBvh& tree, const PlanOptions& options,
-        const EnvelopeOptions& envelope, const CuttingMoves& moves, double limit)
+        const EnvelopeOptions& envelope, const CuttingMoves& moves, double limit, const HeldUpright& held)
       : field_(field),
         options_(options),
         moves_(moves),
         limit_(limit),
+        held_(held),
         rules_(options, field),
         piece_(field.surface.pieces().front()),
         envelope_(field.surface, field.deformation, field.index, envelope) {
@@ -202,9 +205,24 @@ class Judge {
     const std::optional<RestReason> refused = rules_.refusal(*found);
     if (refused == RestReason::kFixture)
       verdict.fixtures.push_back({field_.surface.facet_of(found->patch), share});
+    if (!refused && held_ && off <= options_.tolerance)
+      if (const auto why = left_standing(place, share, line.base, facing, *found, verdict)) return {*why};
     if (!refused && facing >= kSteepest && off <= options_.tolerance)
       look_between(place, share, line.base, *found, verdict);
     return {refused};
+  }
+
+  /// Why the path has not been at a place that the tool, upright, is held off.
+  std::optional<RestReason> left_standing(Point<Part> place, double share, Point<Part> touching,
+                                          double facing, const EnvelopePoint& stand,
+                                          FacetVerdict& verdict) const {
+    const double allowed = facing >= kSteepest ? limit_ : std::max(limit_, kLeftOfWall * piece_.outer);
+    if (moves_.left(place, touching, kEnough * limit_) <= allowed) return std::nullopt;
+    const std::optional<HeldStand> held = held_(stand);
+    if (!held) return std::nullopt;
+    if (facing < kSteep) return RestReason::kWall;
+    if (held->why == RestReason::kFixture) verdict.fixtures.push_back({held->body, share});
+    return held->why;
   }
 
   /// What the passes leave of a place that the tool reaches.
@@ -219,6 +237,7 @@ class Judge {
   const PlanOptions& options_;
   const CuttingMoves& moves_;
   double limit_;
+  const HeldUpright& held_;
   PointRules rules_;
   const ToolPiece& piece_;
   Envelope envelope_;
@@ -242,7 +261,8 @@ double without_kept_off(FacetVerdict& verdict, const KeptOff& kept_off) {
 
 RestReport find_rest_material(const ClField& field, const PlanOptions& options,
                               const EnvelopeOptions& envelope, const std::vector<Move>& path,
-                              const ReportShare& report_share, const KeptOff& kept_off) {
+                              const ReportShare& report_share, const KeptOff& kept_off,
+                              const HeldUpright& held) {
   const Mesh& mesh = field.surface.mesh();
   const double limit = asked_height(options) + options.tolerance;
   const CuttingMoves moves(path, field.surface.pieces().front(), reference_height(options.cutter),
@@ -250,7 +270,7 @@ RestReport find_rest_material(const ClField& field, const PlanOptions& options,
   std::vector<FacetVerdict> verdicts(field.surface.part_facets());
   const HullBvh tree = field.index.tree(field.deformation);
   tbb::enumerable_thread_specific<Judge> judges(
-      [&] { return Judge(field, tree, options, envelope, moves, limit); });
+      [&] { return Judge(field, tree, options, envelope, moves, limit, held); });
   Watch watch(report_share, verdicts.size());
   tbb::parallel_for(
       tbb::blocked_range<std::size_t>(0, verdicts.size(), kFacetsPerTask),

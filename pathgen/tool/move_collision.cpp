@@ -15,10 +15,10 @@ namespace {
 /// Up to so many radii of the ball over the reference moves are checked pose by pose, further up by a bound.
 constexpr double kBoundedFrom = 3.0;
 
-/// How far up the tool anything of the part can be, mm.
-double lever(const SweptTool& tool) {
+/// How far up the tool, drawn back by `back`, anything of the part can be, mm.
+double lever(const SweptTool& tool, double back) {
   const Box b = tool.bounds();
-  return std::min(tool.top(), distance(b.min, b.max));
+  return std::min(tool.top() + (std::isfinite(back) ? back : 0.0), distance(b.min, b.max));
 }
 
 }  // namespace
@@ -35,19 +35,20 @@ double least_cosine(Vec3 a, Vec3 b, Vec3 up) {
 }
 
 bool clear_along(const SweptTool& tool, const TiltLimit& tilt, const ToolStand& a, const ToolStand& b,
-                 double reference_height, double tolerance, std::uint32_t& hint, std::uint64_t& tested) {
+                 double reference_height, double tolerance, std::uint32_t& hint, std::uint64_t& tested,
+                 double back) {
   if (!tilt.allows(a.axis, b.axis)) return false;
   const double turn = angle_between(a.axis, b.axis), way = distance(a.centre, b.centre);
   const double from = kBoundedFrom * tool.ball();
   ++tested;
-  const bool bounded =
-      !tool.may_stop(lerp(a.centre, b.centre, 0.5), slerp(a.axis, b.axis, 0.5), way / 2.0, turn / 2.0, from);
+  const bool bounded = !tool.may_stop(lerp(a.centre, b.centre, 0.5), slerp(a.axis, b.axis, 0.5), way / 2.0,
+                                      turn / 2.0, from, back);
   // A cylinder of radius r that steps by s leaves s^2 / (8 r) of a corner. But what comes in at the side of a
   // sharp lower end may leave through the bottom before the next pose: the end reaches down by what it moves
   // along the axis from one pose to the next.
   const double step = std::sqrt(8.0 * tool.ball() * ToleranceBudget(tolerance).corner());
   const int steps =
-      std::max(1, static_cast<int>(std::ceil((way + (bounded ? from : lever(tool)) * turn) / step)));
+      std::max(1, static_cast<int>(std::ceil((way + (bounded ? from : lever(tool, back)) * turn) / step)));
   const double h = reference_height;
   const Vec3 moved = (b.centre - a.centre) / steps;
   const double fall = std::max(std::abs(dot(moved, a.axis)), std::abs(dot(moved, b.axis)));
@@ -61,7 +62,7 @@ bool clear_along(const SweptTool& tool, const TiltLimit& tilt, const ToolStand& 
     const Vec3 axis = slerp(a.axis, b.axis, f);
     const Point<Part> centre = lerp(tip_a, tip_b, f) + axis * h;
     ++tested;
-    if (tool.stopped_below(centre, axis, to, fall, turn / steps, hint)) return false;
+    if (tool.stopped_below(centre, axis, to, fall, turn / steps, hint, back)) return false;
   }
   return true;
 }

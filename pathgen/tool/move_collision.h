@@ -48,9 +48,11 @@ struct ToolStand {
 /// The ball itself is not asked about: it touches where it works. Below kBoundedFrom radii of the ball over
 /// the reference poses are asked between which no point of the tool moves further than what a ball leaves of
 /// a corner within its share of `tolerance` (mm); what is higher by one bound, if that tells. `hint`: as
-/// SweptTool::stop; `tested`: grows by what was held against the part.
+/// SweptTool::stop; `tested`: grows by what was held against the part; `back`: how far the tool is drawn
+/// back, mm.
 bool clear_along(const SweptTool& tool, const TiltLimit& tilt, const ToolStand& from, const ToolStand& to,
-                 double reference_height, double tolerance, std::uint32_t& hint, std::uint64_t& tested);
+                 double reference_height, double tolerance, std::uint32_t& hint, std::uint64_t& tested,
+                 double back = std::numeric_limits<double>::infinity());
 
 /// clear_along() for those who have no tree of the part.
 class MoveCollision {

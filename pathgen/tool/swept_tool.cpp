@@ -9,7 +9,8 @@ namespace tiltfeed::pathgen {
 
 namespace {
 
-constexpr double kForEver = std::numeric_limits<double>::infinity();
+/// Radii that differ by less, mm, do so by rounding.
+constexpr double kSameWidth = 1e-9;
 
 struct Corner {
   double x, y, z;
@@ -151,36 +152,42 @@ Point<Part> nearest_point(Point<Part> p, const Corners& t) {
   return t[0] + ab * (vb / whole) + ac * (vc / whole);
 }
 
-SweptTool::SweptTool(const FacetBvh& tree, const PlanOptions& options, double slack)
-    : tree_(tree), ball_(options.cutter.radius() + options.allowance), slack_(slack) {
-  const auto add = [&](std::vector<Frustum>& list, const ToolPiece& piece, bool swept) {
-    const bool cutter = piece.part == ToolPart::kCutter;
-    const double give = cutter ? slack : 0.0;
-    const double base = piece.above_reference, end = swept ? kForEver : base + piece.length;
+SweptTool::SweptTool(const FacetBvh& tree, const PlanOptions& options, double slack, HeldPieces held)
+    : tree_(tree), held_(held), ball_(options.cutter.radius() + options.allowance), slack_(slack) {
+  const auto add = [](std::vector<Frustum>& list, const ToolPiece& piece, double give, bool swept) {
+    const double base = piece.above_reference, top = base + piece.length, end = swept ? kForEver : top;
     double from = base, radius = piece.outer - give;
     if (piece.has_cone()) {
       // (T1), (T2): the cone starts where it leaves the rounding.
       const double start = base - piece.corner * piece.taper_sin, slope = piece.taper_sin / piece.taper_cos;
       const double lower = piece.flat + piece.corner * piece.taper_cos - give;
       const double reach = std::min(start + (piece.outer - give - lower) / slope, end);
-      list.push_back({piece.part, start, reach, lower, slope, piece.outer - give});
+      list.push_back({piece.part, start, reach, lower, slope, piece.outer - give, top});
       from = reach;
     }
-    if (from < end) list.push_back({piece.part, from, end, radius, 0.0, radius});
-    widest_ = std::max(widest_, piece.outer);
-    top_ = std::max(top_, base + piece.length);
+    if (from < end) list.push_back({piece.part, from, end, radius, 0.0, radius, top});
   };
-  for (const ToolPiece& piece : tool_pieces(options)) add(swept_, piece, true);
+  double widest = 0.0;
+  for (const ToolPiece& piece : held == HeldPieces::kAll ? all_pieces(options) : tool_pieces(options)) {
+    const bool in_shadow = piece.outer <= widest + kSameWidth;
+    widest = std::max(widest, piece.outer);
+    if (held == HeldPieces::kBesidesCutter && piece.part == ToolPart::kCutter) continue;
+    // What is as wide as the cutting part below it touches where that does.
+    add(swept_, piece, piece.part == ToolPart::kCutter || in_shadow ? slack : 0.0, true);
+    top_ = std::max(top_, piece.above_reference + piece.length);
+  }
+  widest_ = widest;
   for (Frustum& f : swept_) {
     double below = ball_;
     for (const Frustum& g : swept_)
       if (g.from < f.from) below = std::max(below, g.radius + g.slope * (std::min(f.from, g.to) - g.from));
     f.sharp = f.part != ToolPart::kCutter && f.radius > below;
   }
-  for (const ToolPiece& piece : all_pieces(options)) add(still_, piece, false);
+  for (const ToolPiece& piece : all_pieces(options))
+    add(still_, piece, piece.part == ToolPart::kCutter ? slack : 0.0, false);
   if (!options.fixtures) return;
   fixture_tree_ = std::make_shared<const FacetBvh>(options.fixtures->mesh);
-  fixtures_ = std::make_shared<const SweptTool>(*fixture_tree_, as_of_fixtures(options), 0.0);
+  fixtures_ = std::make_shared<const SweptTool>(*fixture_tree_, as_of_fixtures(options), 0.0, held);
 }
 
 Box SweptTool::bounds() const {
@@ -199,10 +206,11 @@ bool SweptTool::ball_meets(Point<Part> centre, double radius, std::uint32_t* fac
   return met;
 }
 
-std::optional<Blocker> SweptTool::stop_at_fixtures(Point<Part> centre, Vec3 axis) const {
+std::optional<Blocker> SweptTool::stop_at_fixtures(Point<Part> centre, Vec3 axis, double back) const {
   std::uint32_t facet = kNoFacet;
-  if (fixtures_->ball_meets(centre, fixtures_->ball_, &facet)) return Blocker{ToolPart::kCutter, facet, true};
-  const std::optional<Blocker> found = fixtures_->stop(centre, axis, facet);
+  if (held_ != HeldPieces::kBesidesCutter && fixtures_->ball_meets(centre, fixtures_->ball_, &facet))
+    return Blocker{ToolPart::kCutter, facet, true};
+  const std::optional<Blocker> found = fixtures_->stop(centre, axis, facet, kWithFixtures, back);
   return found ? std::optional(Blocker{found->part, found->facet, true}) : std::nullopt;
 }
 
@@ -210,13 +218,19 @@ std::optional<Blocker> SweptTool::stop(Point<Part> centre, Vec3 axis, std::uint3
   return stop(centre, axis, hint, kWithFixtures);
 }
 
-std::optional<Blocker> SweptTool::stop(Point<Part> centre, Vec3 axis, std::uint32_t& hint, int parts) const {
+std::optional<Blocker> SweptTool::stop(Point<Part> centre, Vec3 axis, std::uint32_t& hint, int parts,
+                                       double back) const {
+  const auto drawn = [back](Frustum f) {
+    f.to = std::min(f.to, f.top + back);
+    return f;
+  };
   if (hint != kNoFacet)
     for (const Frustum& f : swept_)
-      if (static_cast<int>(f.part) < parts && meets(f, centre, axis, tree_.facet(hint)))
+      if (static_cast<int>(f.part) < parts && meets(drawn(f), centre, axis, tree_.facet(hint)))
         return Blocker{f.part, hint};
-  for (const Frustum& f : swept_) {
-    if (static_cast<int>(f.part) >= parts) continue;
+  for (const Frustum& swept : swept_) {
+    const Frustum f = drawn(swept);
+    if (static_cast<int>(f.part) >= parts || f.from >= f.to) continue;
     const bool found = tree_.any_in_cylinder(centre, axis, f.from, f.to, f.widest,
                                              [&](std::uint32_t facet, const PlacedFacet& c) {
                                                if (!meets(f, centre, axis, c)) return false;
@@ -225,7 +239,7 @@ std::optional<Blocker> SweptTool::stop(Point<Part> centre, Vec3 axis, std::uint3
                                              });
     if (found) return Blocker{f.part, hint};
   }
-  return fixtures_ && parts >= kWithFixtures ? stop_at_fixtures(centre, axis) : std::nullopt;
+  return fixtures_ && parts >= kWithFixtures ? stop_at_fixtures(centre, axis, back) : std::nullopt;
 }
 
 bool SweptTool::stopped_by(std::uint32_t facet, Point<Part> centre, Vec3 axis, int parts) const {
@@ -234,7 +248,8 @@ bool SweptTool::stopped_by(std::uint32_t facet, Point<Part> centre, Vec3 axis, i
   });
 }
 
-bool SweptTool::may_stop(Point<Part> centre, Vec3 axis, double off, double turn, double from) const {
+bool SweptTool::may_stop(Point<Part> centre, Vec3 axis, double off, double turn, double from,
+                         double back) const {
   const Box& box = tree_.bounds();
   const Point<Part> middle = lerp(box.min, box.max, 0.5);
   const double highest = distance(middle, centre) + distance(middle, box.max);
@@ -242,7 +257,7 @@ bool SweptTool::may_stop(Point<Part> centre, Vec3 axis, double off, double turn,
     // A point of the tool at height h and distance r from the axis moves by at most off + (h + r) turn.
     const double moved = off + f.widest * turn,
                  low = std::max(f.from - moved - std::abs(f.from) * turn, from);
-    const double high = std::min(f.to, highest) + moved + std::min(f.to, highest) * turn;
+    const double to = std::min({f.to, f.top + back, highest}), high = to + moved + to * turn;
     if (low >= high) continue;
     Frustum grown{
         f.part,         low,
@@ -257,15 +272,17 @@ bool SweptTool::may_stop(Point<Part> centre, Vec3 axis, double off, double turn,
       grown.from = grown.to, grown.radius = grown.widest;
     }
   }
-  return fixtures_ && (fixtures_->ball_meets(centre, fixtures_->ball_ + off) ||
-                       fixtures_->may_stop(centre, axis, off, turn, from));
+  const bool asks_ball = held_ != HeldPieces::kBesidesCutter;
+  return fixtures_ && ((asks_ball && fixtures_->ball_meets(centre, fixtures_->ball_ + off)) ||
+                       fixtures_->may_stop(centre, axis, off, turn, from, back));
 }
 
 bool SweptTool::stopped_below(Point<Part> centre, Vec3 axis, double to, double fall, double turn,
-                              std::uint32_t& hint) const {
+                              std::uint32_t& hint, double back) const {
   for (Frustum f : swept_) {
+    f.to = std::min(f.to, f.top + back);
     if (f.sharp) f.from -= fall + f.radius * turn;
-    if (f.from >= to) continue;
+    if (f.from >= std::min(to, f.to)) continue;
     if (f.to > to) f.widest = f.radius + f.slope * (to - f.from), f.to = to;
     if (hint != kNoFacet && meets(f, centre, axis, tree_.facet(hint))) return true;
     const bool found = tree_.any_in_cylinder(centre, axis, f.from, f.to, f.widest,
@@ -277,8 +294,9 @@ bool SweptTool::stopped_below(Point<Part> centre, Vec3 axis, double to, double f
     if (found) return true;
   }
   std::uint32_t facet = kNoFacet;
-  return fixtures_ && (fixtures_->ball_meets(centre, fixtures_->ball_) ||
-                       fixtures_->stopped_below(centre, axis, to, fall, turn, facet));
+  const bool asks_ball = held_ != HeldPieces::kBesidesCutter;
+  return fixtures_ && ((asks_ball && fixtures_->ball_meets(centre, fixtures_->ball_)) ||
+                       fixtures_->stopped_below(centre, axis, to, fall, turn, facet, back));
 }
 
 std::optional<Blocker> SweptTool::hit(Point<Part> centre, Vec3 axis) const {

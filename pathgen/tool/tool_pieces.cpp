@@ -92,6 +92,16 @@ std::vector<ToolPiece> fixture_pieces(const PlanOptions& options) {
   return pieces;
 }
 
+PlanOptions without_leaning_parts(PlanOptions options) {
+  if (options.shank.reaction == Reaction::kTilt) {
+    options.cutter.shank_diameter = 0.0, options.shank = {};
+    options.fixture_room.shank = options.fixture_room.cutter;
+  }
+  if (options.holder.reaction == Reaction::kTilt) options.cutter.holder.clear(), options.holder = {};
+  options.lean = {};
+  return options;
+}
+
 std::vector<ToolPiece> with_lower_discs(const std::vector<ToolPiece>& pieces) {
   std::vector<ToolPiece> all;
   double widest = 0.0;

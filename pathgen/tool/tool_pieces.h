@@ -48,6 +48,10 @@ std::vector<ToolPiece> fixture_pieces(const PlanOptions& options);
 /// The options of a part from which the tool is to keep as far off as from a fixture.
 PlanOptions as_of_fixtures(PlanOptions options);
 
+/// The options of the same tool without the parts whose guard lets the tool lean: those neither reach out
+/// further than the cutting part nor have a guard.
+PlanOptions without_leaning_parts(PlanOptions options);
+
 /// (T3) The same with a straight piece before each cone that has a sharp lower edge.
 std::vector<ToolPiece> with_lower_discs(const std::vector<ToolPiece>& pieces);
 

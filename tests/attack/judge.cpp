@@ -122,6 +122,8 @@ class Judge {
     in_part(mesh, std::max(m.gouge, m.rapid_overlap));
     if (m.gouge > options_.tolerance) finding("gouge", m.gouge, pasteable(m.gouge_at));
     if (m.rapid_overlap > options_.tolerance) finding("rapid", m.rapid_overlap, pasteable(m.rapid_at));
+    // A tool that leans keeps its clearances as one whose axis is free.
+    if (may_lean(options_) && &mesh == &part_) free_proof(mesh, false);
     if (!contact) return;
     verdict_.contact = m.contact;
     if (m.contact > in_contact_) finding("contact", m.contact, pasteable(m.contact_at));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
@@ -39,6 +40,7 @@ class Writer {
             : turn < 0.92 ? AxisMode::kFree
                           : AxisMode::kIndexed;
     diameter_ = part.size * dice.spread(0.012, 0.18);
+    lean_dice_ = Dice(std::bit_cast<std::uint64_t>(diameter_));
     tolerance_ = std::round(dice.spread(20, 500)) * 1e-4;
     tolerance_ = std::max(1e-4, std::min(tolerance_, std::floor(diameter_ * 0.05 * 1e4) * 1e-4));
     anchor_ = part.facets[dice.below(part.facets.size())][0];
@@ -129,6 +131,12 @@ class Writer {
     if (mode_ != AxisMode::kFixed) text += std::string("  sense: ") + (inward ? "inward\n" : "outward\n");
     text += "  " + vector("origin_mm", from_origin(origin)) + "  " + vector("t", t) + "  " + vector("n", n);
     if (mode_ == AxisMode::kCircle) text += formatted("  circle_radius_mm: %.6f\n", radius);
+    if (ball_like_ && lean_dice_.chance(0.5)) {
+      leans_ = true;
+      text += formatted("  lean_limit_deg: %.3f\n", lean_dice_.uniform(0.5, 60.0));
+      if (lean_dice_.chance(0.3))
+        text += formatted("  max_turn_deg_per_mm: %.3f\n", lean_dice_.spread(0.2, 60.0));
+    }
     return text;
   }
 
@@ -252,6 +260,7 @@ class Writer {
   std::string guard(const char* which) {
     const char* reaction = dice_.one_of<const char*>({"trim", "trim", "retract"});
     if (!is_field()) reaction = "trim";
+    if (leans_ && !has_stock_) reaction = lean_dice_.one_of<const char*>({"tilt", "tilt", "tilt", "trim"});
     return formatted("  %s: {clearance_mm: %.4f, reaction: %s}\n", which, diameter_ * dice_.uniform(0.0, 0.4),
                      reaction);
   }
@@ -290,7 +299,9 @@ class Writer {
   std::string kind_;
   Point<Part> anchor_;
   double diameter_ = 0.0, tolerance_ = 0.0, step_ = 0.0, shank_length_ = 0.0;
-  bool windowed_ = false, has_holder_ = false, has_neck_ = false, ball_like_ = false, has_stock_ = false;
+  Dice lean_dice_{0};  ///< of its own, so that all else is chosen as it was
+  bool leans_ = false, windowed_ = false, has_holder_ = false, has_neck_ = false, ball_like_ = false,
+       has_stock_ = false;
 };
 
 }  // namespace

@@ -10,6 +10,10 @@ namespace tiltfeed {
 namespace {
 
 const std::string kFixed = "{mode: fixed, t: [1, 0, 0], n: [0, 0, 1]}";
+const std::string kLeaning = "{mode: fixed, t: [1, 0, 0], n: [0, 0, 1], lean_limit_deg: 40}";
+const std::string kLeaningLine =
+    "{mode: line, sense: outward, origin_mm: [0, 0, 0], t: [0, 0, 1], n: [0, 1, 0], lean_limit_deg: 40}";
+const std::string kTilt = "guards: {shank: {reaction: tilt}, holder: {clearance_mm: 0.5, reaction: tilt}}\n";
 const std::string kLine = "{mode: line, sense: outward, origin_mm: [0, 0, 0], t: [0, 0, 1], n: [0, 1, 0]}";
 const std::string kPoint =
     "{mode: point, sense: inward, origin_mm: [0, 0, 120], n: [0, 0, -1], t: [1, 0, 0]}";
@@ -32,6 +36,7 @@ struct HeldCase {
   HeldJob job;
   std::vector<std::string> told;  ///< fixtures that keep the tool from something
   std::string refused;            ///< what the refusal says; empty: proven
+  bool leans = false;             ///< the tool leans somewhere
 };
 
 void PrintTo(const HeldCase& held, std::ostream* out) { *out << held.job.name; }
@@ -62,6 +67,16 @@ std::vector<HeldCase> cases() {
       {{"chuck_free", "rod", kFree, chuck(), "{direction: zigzag, side_step_mm: 4}"},
        {"jaw 1", "jaw 2", "chuck"},
        ""},
+      {{"leaning_vice", "hill", kLeaning, vice(34), "{along: x, direction: zigzag, side_step_mm: 3}",
+        "type: ball, diameter_mm: 6", kTilt},
+       {},
+       "",
+       true},
+      {{"leaning_chuck", "rod", kLeaningLine, chuck(), "{along: x, direction: zigzag, side_step_mm: 3}",
+        "type: taper_ball, taper_deg: 3, diameter_mm: 6, cutting_length_mm: 20", kTilt},
+       {"chuck"},
+       "",
+       true},
       {{"vice_point", "hill", kPoint, vice(15)}, {"left jaw", "right jaw"}, ""},
       {{"tower_indexed", "hill", kIndexed, {round_fixture("tower", 14, 70, "26, -20, 0"), kPost}},
        {"tower", "post"},
@@ -108,6 +123,7 @@ TEST_P(HeldParts, AreProvenClearOfTheirFixturesOrRefusedByName) {
   }
   ASSERT_TRUE(told) << told.error().message;
   EXPECT_NE(told->find("no collision"), std::string::npos) << *told;
+  EXPECT_EQ(told->find("lean: the tool leans") != std::string::npos, held.leans) << *told;
   for (const std::string& name : held.told)
     EXPECT_NE(told->find("the fixture " + name + " keeps the tool from"), std::string::npos) << *told;
 }
