@@ -370,7 +370,9 @@ TEST_P(ArcPrograms, APlaneThatIsLostOrAnotherOneIsSeen) {
     }
   }
   if (!one_plane() && !GetParam().planes) EXPECT_GE(seeded, 3u);
-  if (one_plane()) EXPECT_EQ(seeded, 0u);
+  if (one_plane()) {
+    EXPECT_EQ(seeded, 0u);
+  }
 }
 
 /// As the control says it: the first arc of the first circle begins at X0 and goes anticlockwise round X15.
