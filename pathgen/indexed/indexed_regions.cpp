@@ -8,12 +8,9 @@ namespace tiltfeed::pathgen {
 IndexedRegions::IndexedRegions(const std::vector<SurfaceCell>& cells, double size,
                                const std::vector<Vec3>& directions,
                                const std::vector<std::vector<std::uint8_t>>& sets, double overlap)
-    : cells_(cells),
-      size_(size),
-      edge_(std::max(size, overlap)),
-      wanted_(cells.size(), 0),
-      area_(directions.size(), 0.0) {
+    : cells_(cells), size_(size), wanted_(cells.size(), 0), area_(directions.size(), 0.0) {
   constexpr std::uint32_t kNone = 32;
+  const double near = std::max(size, overlap);
   std::vector<std::uint32_t> owner(cells.size(), kNone);
   std::unordered_map<Key, std::uint32_t, Hash> owners;
   for (std::uint32_t c = 0; c < cells.size(); ++c) {
@@ -22,10 +19,10 @@ IndexedRegions::IndexedRegions(const std::vector<SurfaceCell>& cells, double siz
       const double facing = dot(directions[d], cells[c].normal);
       if (sets[d][c] != 0 && facing > best) best = facing, owner[c] = d;
     }
-    at_[key(cells[c].place)].push_back(c);
+    at_[key(cells[c].place, size_)].push_back(c);
     if (owner[c] == kNone) continue;
     area_[owner[c]] += cells[c].area;
-    owners[key(cells[c].place)] |= 1u << owner[c];
+    owners[key(cells[c].place, near)] |= 1u << owner[c];
   }
   for (std::uint32_t c = 0; c < cells.size(); ++c) {
     if (owner[c] == kNone) {
@@ -34,7 +31,7 @@ IndexedRegions::IndexedRegions(const std::vector<SurfaceCell>& cells, double siz
     }
     wanted_[c] = 1u << owner[c];
     std::uint32_t beside = 0;
-    each_near(cells[c].place, [&](const Key& k) {
+    each_near(cells[c].place, near, [&](const Key& k) {
       if (const auto found = owners.find(k); found != owners.end()) beside |= found->second;
     });
     for (std::uint32_t d = 0; d < directions.size(); ++d)
@@ -45,7 +42,8 @@ IndexedRegions::IndexedRegions(const std::vector<SurfaceCell>& cells, double siz
 bool IndexedRegions::wants(std::size_t d, Point<Part> p, std::uint32_t facet) const {
   double least = std::numeric_limits<double>::infinity();
   std::uint32_t wanted = ~0u;
-  each_near(p, [&](const Key& k) {
+  // A place lies nearer to the middle of its own cell than a cell is long.
+  each_near(p, size_, [&](const Key& k) {
     const auto found = at_.find(k);
     if (found == at_.end()) return;
     for (const std::uint32_t c : found->second) {
@@ -60,13 +58,13 @@ std::size_t IndexedRegions::Hash::operator()(const Key& k) const {
   return static_cast<std::size_t>(k[0] * 73'856'093 ^ k[1] * 19'349'663 ^ k[2] * 83'492'791);
 }
 
-IndexedRegions::Key IndexedRegions::key(Point<Part> p) const {
-  return {std::llround(p.x / edge_), std::llround(p.y / edge_), std::llround(p.z / edge_)};
+IndexedRegions::Key IndexedRegions::key(Point<Part> p, double edge) {
+  return {std::llround(p.x / edge), std::llround(p.y / edge), std::llround(p.z / edge)};
 }
 
 template <class Visit>
-void IndexedRegions::each_near(Point<Part> p, const Visit& visit) const {
-  const Key middle = key(p);
+void IndexedRegions::each_near(Point<Part> p, double edge, const Visit& visit) {
+  const Key middle = key(p, edge);
   for (std::int64_t x = -1; x <= 1; ++x)
     for (std::int64_t y = -1; y <= 1; ++y)
       for (std::int64_t z = -1; z <= 1; ++z) visit(Key{middle[0] + x, middle[1] + y, middle[2] + z});

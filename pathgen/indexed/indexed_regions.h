@@ -20,7 +20,7 @@ class IndexedRegions {
   IndexedRegions(const std::vector<SurfaceCell>& cells, double size, const std::vector<Vec3>& directions,
                  const std::vector<std::vector<std::uint8_t>>& sets, double overlap);
 
-  /// Shall direction d cut where it touches this facet of the mesh at p?
+  /// Shall direction d cut where it touches this facet of the mesh at p, a place of it?
   bool wants(std::size_t d, Point<Part> p, std::uint32_t facet) const;
   /// Of the cells that belong to it, mm^2.
   double area(std::size_t d) const { return area_[d]; }
@@ -32,15 +32,15 @@ class IndexedRegions {
   struct Hash {
     std::size_t operator()(const Key& k) const;
   };
-  Key key(Point<Part> p) const;
+  /// The box of `edge` (mm) that p is in.
+  static Key key(Point<Part> p, double edge);
   /// Calls visit(key) for the box of p and all beside it.
   template <class Visit>
-  void each_near(Point<Part> p, const Visit& visit) const;
+  static void each_near(Point<Part> p, double edge, const Visit& visit);
 
   const std::vector<SurfaceCell>& cells_;
   double size_;
-  double edge_;                                                   ///< of a box, mm
-  std::unordered_map<Key, std::vector<std::uint32_t>, Hash> at_;  ///< cells by box
+  std::unordered_map<Key, std::vector<std::uint32_t>, Hash> at_;  ///< cells by box of size_
   std::vector<std::uint32_t> wanted_;                             ///< a bit for each direction, of each cell
   std::vector<double> area_;
 };
