@@ -22,11 +22,11 @@ inline LeanAngle lerp(LeanAngle a, LeanAngle b, double f) {
 
 /// A place of the pass.
 struct LeanStation {
-  EnvelopePoint point;  ///< with the mode's axis
-  double run = 0.0;     ///< mm from the pass's start
-  Vec3 first, second;   ///< unit, square to the axis and to each other
-  Vec3 before, ahead;   ///< unit: which way the pass comes there and goes on; 0 at its ends
-  bool given = false;   ///< a point of the pass
+  EnvelopePoint point;     ///< with the mode's axis
+  double run = 0.0;        ///< mm from the pass's start
+  Vec3 first{}, second{};  ///< unit, square to the axis and to each other
+  Vec3 before{}, ahead{};  ///< unit: which way the pass comes there and goes on; 0 at its ends
+  bool given = false;      ///< a point of the pass
 
   /// The tool axis, unit; the mode's own, to the last bit, without a lean.
   Vec3 axis(LeanAngle lean) const;

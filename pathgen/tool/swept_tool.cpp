@@ -9,9 +9,6 @@ namespace tiltfeed::pathgen {
 
 namespace {
 
-/// Radii that differ by less, mm, do so by rounding.
-constexpr double kSameWidth = 1e-9;
-
 struct Corner {
   double x, y, z;
 };
@@ -167,16 +164,17 @@ SweptTool::SweptTool(const FacetBvh& tree, const PlanOptions& options, double sl
     }
     if (from < end) list.push_back({piece.part, from, end, radius, 0.0, radius, top});
   };
-  double widest = 0.0;
-  for (const ToolPiece& piece : held == HeldPieces::kAll ? all_pieces(options) : tool_pieces(options)) {
-    const bool in_shadow = piece.outer <= widest + kSameWidth;
-    widest = std::max(widest, piece.outer);
+  const std::vector<ToolPiece> pieces = all_pieces(options);
+  const std::vector<bool> hidden = in_shadow(options);
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    const ToolPiece& piece = pieces[i];
+    widest_ = std::max(widest_, piece.outer);
+    if (hidden[i] && held != HeldPieces::kAll) continue;
     if (held == HeldPieces::kBesidesCutter && piece.part == ToolPart::kCutter) continue;
     // What is as wide as the cutting part below it touches where that does.
-    add(swept_, piece, piece.part == ToolPart::kCutter || in_shadow ? slack : 0.0, true);
+    add(swept_, piece, piece.part == ToolPart::kCutter || hidden[i] ? slack : 0.0, true);
     top_ = std::max(top_, piece.above_reference + piece.length);
   }
-  widest_ = widest;
   for (Frustum& f : swept_) {
     double below = ball_;
     for (const Frustum& g : swept_)

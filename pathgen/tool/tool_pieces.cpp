@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace tiltfeed::pathgen {
 
@@ -9,6 +10,7 @@ namespace {
 
 /// Radii that differ by less, mm, do so by rounding.
 constexpr double kSameRadius = 1e-9;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// (T1) The cutting part, its reference at the centre of its rounded edge, grown by the stock left.
 ToolPiece cutting_part(const PlanOptions& o) {
@@ -43,6 +45,34 @@ ToolPiece step(ToolPart part, double from, double to, double lower, double upper
   return piece;
 }
 
+/// How wide the piece is at this height over the CL reference, with all that is straight above it, mm; below
+/// its lower end: less than nothing.
+double radius_at(const ToolPiece& piece, double height) {
+  const double h = height - piece.above_reference;
+  if (h < -piece.corner) return -kInfinity;
+  const double cone_from = -piece.corner * piece.taper_sin;
+  if (h <= cone_from || !piece.has_cone())
+    return std::min(piece.outer, piece.flat + std::sqrt(piece.corner * piece.corner -
+                                                        std::min(h, 0.0) * std::min(h, 0.0)));
+  return std::min(piece.outer, piece.flat + piece.corner * piece.taper_cos +
+                                   (h - cone_from) * piece.taper_sin / piece.taper_cos);
+}
+
+/// Where its outline bends, over the CL reference, mm.
+std::vector<double> bends(const ToolPiece& piece) {
+  std::vector<double> at{piece.above_reference};
+  if (piece.has_cone()) at.push_back(piece.above_reference + piece.cone_height(piece.outer));
+  return at;
+}
+
+/// Both outlines are straight between their bends, but for a rounding of `below`, which bulges.
+bool covers(const ToolPiece& below, const ToolPiece& piece) {
+  std::vector<double> heights = bends(piece);
+  for (const double h : bends(below)) heights.push_back(std::max(h, piece.above_reference));
+  return std::all_of(heights.begin(), heights.end(),
+                     [&](double h) { return radius_at(piece, h) <= radius_at(below, h) + kSameRadius; });
+}
+
 }  // namespace
 
 std::vector<ToolPiece> all_pieces(const PlanOptions& options) {
@@ -60,14 +90,24 @@ std::vector<ToolPiece> all_pieces(const PlanOptions& options) {
   return pieces;
 }
 
+std::vector<bool> in_shadow(const PlanOptions& options) {
+  // The stock that is to stay grows all of them alike.
+  PlanOptions bare = options;
+  bare.allowance = bare.radial_stock = bare.axial_stock = 0.0;
+  const std::vector<ToolPiece> pieces = all_pieces(bare);
+  std::vector<bool> hidden;
+  for (auto piece = pieces.begin(); piece != pieces.end(); ++piece)
+    hidden.push_back(
+        std::any_of(pieces.begin(), piece, [&](const ToolPiece& below) { return covers(below, *piece); }));
+  return hidden;
+}
+
 std::vector<ToolPiece> tool_pieces(const PlanOptions& options) {
-  std::vector<ToolPiece> pieces = all_pieces(options);
-  double widest = 0.0;
-  std::erase_if(pieces, [&](const ToolPiece& piece) {
-    if (piece.outer <= widest + kSameRadius) return true;  // in the shadow of what is below
-    widest = piece.outer;
-    return false;
-  });
+  const std::vector<ToolPiece> all = all_pieces(options);
+  const std::vector<bool> hidden = in_shadow(options);
+  std::vector<ToolPiece> pieces;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (!hidden[i]) pieces.push_back(all[i]);
   return pieces;
 }
 
@@ -104,15 +144,16 @@ PlanOptions without_leaning_parts(PlanOptions options) {
 
 std::vector<ToolPiece> with_lower_discs(const std::vector<ToolPiece>& pieces) {
   std::vector<ToolPiece> all;
-  double widest = 0.0;
   for (const ToolPiece& piece : pieces) {
-    if (piece.corner == 0.0 && piece.has_cone() && piece.flat > widest) {
+    const bool sharp = std::none_of(all.begin(), all.end(), [&](const ToolPiece& below) {
+      return piece.flat <= radius_at(below, piece.above_reference);
+    });
+    if (piece.corner == 0.0 && piece.has_cone() && sharp) {
       ToolPiece disc = piece;
       disc.outer = disc.flat, disc.taper_sin = 0.0, disc.taper_cos = 1.0;
       all.push_back(disc);
     }
     all.push_back(piece);
-    widest = piece.outer;
   }
   return all;
 }

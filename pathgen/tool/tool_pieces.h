@@ -36,8 +36,11 @@ inline double reference_height(const Cutter& cutter) { return cutter.nose_radius
 /// Every piece of the tool, from the tip up; the first is the cutting part. Grown as below.
 std::vector<ToolPiece> all_pieces(const PlanOptions& options);
 
-/// The pieces that stick out further than what is below them, from the tip up; the first is the cutting part.
-/// Grown by the stock that is to stay, shank and holder by their clearances besides.
+/// Of each of them: does it, with its clearance, stick out nowhere from a piece below it?
+std::vector<bool> in_shadow(const PlanOptions& options);
+
+/// The pieces that are in no shadow, from the tip up; the first is the cutting part. Grown by the stock that
+/// is to stay, shank and holder by their clearances besides.
 std::vector<ToolPiece> tool_pieces(const PlanOptions& options);
 
 /// (T1) What may stay besides the allowance where the upper edge of a taper's cone touches, mm.

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
+#include <vector>
 
 namespace tiltfeed {
 using namespace pathgen;
@@ -54,6 +56,63 @@ TEST(ToolPieces, ATaperGrownByTheAllowanceIsNoLargerThanItSays) {
       EXPECT_LE(most, left_at_taper_edge(o) + 1e-5);
       EXPECT_GE(most, left_at_taper_edge(o) - 1e-5) << "nowhere as far off as it says";
     }
+}
+
+/// How wide a piece with all that is straight above it is at a height over the CL reference, by halving: the
+/// largest distance from the axis at which its lower side is no higher.
+double width_at(const ToolPiece& piece, double height) {
+  const auto lower_side = [&](double d) {
+    const double ball_to = piece.flat + piece.corner * piece.taper_cos;
+    if (d <= piece.flat) return piece.above_reference - piece.corner;
+    if (d <= ball_to || !piece.has_cone())
+      return piece.above_reference -
+             std::sqrt(std::max(0.0, piece.corner * piece.corner - (d - piece.flat) * (d - piece.flat)));
+    return piece.above_reference + piece.cone_height(d);
+  };
+  if (lower_side(0.0) > height) return 0.0;
+  double in = 0.0, out = piece.outer;
+  if (lower_side(out) <= height) return out;
+  for (int i = 0; i < 60; ++i) (lower_side((in + out) / 2.0) <= height ? in : out) = (in + out) / 2.0;
+  return in;
+}
+
+double width_at(const std::vector<ToolPiece>& pieces, double height) {
+  double widest = 0.0;
+  for (const ToolPiece& piece : pieces) widest = std::max(widest, width_at(piece, height));
+  return widest;
+}
+
+// (T2)
+TEST(ToolPieces, WhatLiesInAShadowSticksOutNowhere) {
+  std::mt19937 random(5);
+  const auto between = [&](double a, double b) { return std::uniform_real_distribution(a, b)(random); };
+  int hidden = 0, narrow = 0;
+  for (int tool = 0; tool < 600; ++tool) {
+    PlanOptions o;
+    o.cutter.type = tool % 2 == 0 ? CutterType::kTaperBall : CutterType::kBall;
+    o.cutter.diameter = between(1.0, 6.0), o.cutter.taper = Angle::from_degrees(between(1.0, 20.0));
+    o.cutter.cutting_length = o.cutter.diameter * between(1.2, 4.0);
+    o.cutter.shank_length = o.cutter.cutting_length + 10.0;
+    o.cutter.shank_diameter = between(0.5, 8.0);
+    o.cutter.holder = {{between(1.0, 12.0), between(12.0, 20.0), 6.0}};
+    o.shank.clearance = between(0.0, 1.0) * (tool % 3), o.holder.clearance = between(0.0, 3.0);
+    const std::vector<ToolPiece> all = all_pieces(o), kept = tool_pieces(o);
+    ASSERT_EQ(kept.front().part, ToolPart::kCutter);
+    hidden += all.size() > kept.size();
+    for (double h = -o.cutter.diameter; h < o.cutter.shank_length + 8.0; h += 0.031)
+      ASSERT_NEAR(width_at(kept, h), width_at(all, h), 1e-7) << "tool " << tool << " at " << h;
+    for (std::size_t i = 1; i < kept.size(); ++i) {
+      const std::vector<ToolPiece> below(kept.begin(), kept.begin() + static_cast<std::ptrdiff_t>(i));
+      narrow += kept[i].outer <= below.front().outer;
+      bool out = false;
+      for (double h = kept[i].above_reference; h < o.cutter.shank_length + 20.0 && !out; h += 0.001)
+        out = std::any_of(below.begin(), below.end(),
+                          [&](const ToolPiece& b) { return width_at(kept[i], h) > width_at(b, h); });
+      EXPECT_TRUE(out) << "tool " << tool << ": piece " << i << " could be left out";
+    }
+  }
+  EXPECT_GT(hidden, 100);
+  EXPECT_GT(narrow, 5) << "none that only reaches down out of a cone";
 }
 
 }  // namespace
