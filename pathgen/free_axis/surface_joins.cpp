@@ -40,10 +40,11 @@ std::optional<ClPoint> SurfaceJoins::contact(Point<Part> centre) const {
     double least = reach;
     Point<Part> foot{};
     std::uint32_t facet = kNoFacet;
-    const Vec3 pad{reach, reach, reach};
-    tool.tree().each_in({centre - pad, centre + pad}, [&](std::uint32_t f, const PlacedFacet& placed) {
+    tool.tree().nearest(centre, reach, [&](std::uint32_t f, const PlacedFacet& placed) {
       const Point<Part> near = nearest_point(centre, placed.corners);
-      if (distance(centre, near) < least) least = distance(centre, near), foot = near, facet = f;
+      const double away = distance(centre, near);
+      if (away < least || (away == least && f < facet)) least = away, foot = near, facet = f;
+      return away;
     });
     if (facet == kNoFacet || least < 1e-3 * tool.ball()) return std::nullopt;
     const Vec3 normal = (centre - foot) / least;

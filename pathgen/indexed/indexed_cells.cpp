@@ -61,12 +61,13 @@ std::vector<SurfaceCell> sample_cells(const std::vector<SurfaceCell>& cells, std
 }
 
 std::optional<Contact> CellReach::contact(Point<Part> centre, double gap) const {
-  double radius = tool_.ball() + gap;
-  const Vec3 half{radius, radius, radius};
+  double least = tool_.ball() + gap;
   std::optional<Contact> found;
-  tool_.tree().each_in({centre - half, centre + half}, [&](std::uint32_t facet, const PlacedFacet& f) {
+  tool_.tree().nearest(centre, least, [&](std::uint32_t facet, const PlacedFacet& f) {
     const Point<Part> near = nearest_point(centre, f.corners);
-    if (distance(centre, near) < radius) radius = distance(centre, near), found = {near, facet};
+    const double away = distance(centre, near);
+    if (away < least || (found && away == least && facet < found->facet)) least = away, found = {near, facet};
+    return away;
   });
   return found;
 }

@@ -2,9 +2,11 @@
 // The facets of a part in a tree of boxes: who is near a place, a segment or a ray. The boxes, four at a
 // time, are of single precision and a little wider than what is in them; they only rule out.
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cassert>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -52,6 +54,11 @@ class FacetBvh {
   template <class Visit>
   void each_in(const Box& box, const Visit& visit) const;
 
+  /// Calls visit(index, facet) for facets by and by until none is left that may be nearer to p (mm) than the
+  /// least that it returned, or than `reach`.
+  template <class Visit>
+  void nearest(Point<Part> p, double reach, const Visit& visit) const;
+
  private:
   /// Coordinates from the part's middle.
   struct Node {
@@ -66,6 +73,8 @@ class FacetBvh {
   template <class Visit>
   bool any_near(const RayLanes& ray, const Visit& visit) const;
   /// `ends`: by how much more than its first and last the ray's heights are.
+  /// Squares of the distances from p, from the part's middle, to the boxes; a little less.
+  static Lanes square_to(const FourBoxes& boxes, const std::array<Lanes, 3>& p);
   RayLanes ray_lanes(Point<Part> from, Vec3 direction, double first, double last, double reach,
                      double ends) const;
   /// Which of the slots' balls come near it.
@@ -152,6 +161,56 @@ void FacetBvh::each_in(const Box& box, const Visit& visit) const {
       if (node.count[lane] > 0) continue;
       assert(top < kStackSize);
       stack[top++] = at;
+    }
+  }
+}
+
+inline Lanes FacetBvh::square_to(const FourBoxes& boxes, const std::array<Lanes, 3>& p) {
+  Lanes sum = all_lanes(0.0f);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Lanes off = greater(greater(boxes.low[k] - p[k], p[k] - boxes.high[k]), all_lanes(0.0f));
+    sum += off * off;
+  }
+  return sum * all_lanes(1.0f - 1e-5f);  // single precision
+}
+
+template <class Visit>
+void FacetBvh::nearest(Point<Part> p, double reach, const Visit& visit) const {
+  if (nodes_.empty()) return;
+  const Vec3 place = p - middle_;
+  const std::array<Lanes, 3> at{all_lanes(static_cast<float>(place.x)),
+                                all_lanes(static_cast<float>(place.y)),
+                                all_lanes(static_cast<float>(place.z))};
+  // Where p and the boxes stand is rounded.
+  const double spare = spare_ + 1e-6 * length(place);
+  double least = reach;
+  const auto may_be_nearer = [&](float square) {
+    return std::sqrt(static_cast<double>(square)) <= least + spare;
+  };
+  struct Entry {
+    std::uint32_t first = 0, count = 0;  // as in Node
+    float square = 0.0f;
+  };
+  std::array<Entry, kStackSize> stack;
+  int top = 0;
+  stack[top++] = {};
+  while (top > 0) {
+    const Entry next = stack[--top];
+    if (!may_be_nearer(next.square)) continue;
+    for (std::uint32_t slot = next.first; slot < next.first + next.count; ++slot)
+      least = std::min(least, visit(facet_[slot], placed_[slot]));
+    if (next.count > 0) continue;
+    const Node& node = nodes_[next.first];
+    const Lanes squares = square_to(node.boxes, at);
+    const int base = top;
+    for (std::size_t lane = 0; lane < 4; ++lane) {
+      const float square = squares[lane];
+      const bool empty = node.count[lane] == 0 && node.first[lane] == 0;
+      if (empty || !may_be_nearer(square)) continue;
+      assert(top < kStackSize);
+      int to = top++;  // the nearest on top
+      for (; to > base && stack[to - 1].square < square; --to) stack[to] = stack[to - 1];
+      stack[to] = {node.first[lane], node.count[lane], square};
     }
   }
 }
