@@ -74,6 +74,7 @@ struct ProgramFormat {
   double tcp_start_below = 50.0;  ///< the upper end of Z's travel, mm: where begins_at_home() lets it begin
   /// Where the rotaries stand in every cut, the program is in the control's tilted planes, tcp or not.
   bool tilted_planes = false;
+  std::string swivel_data;  ///< kSiemens: the name that CYCLE800 calls; empty: the only data that there are
   FeedMode feed_mode = FeedMode::kInverseTime;  ///< without TCP
   FeedMeasure feed_measure = FeedMeasure::kXyz;
   double feed_radius = 0.0;    ///< for kRadius, mm

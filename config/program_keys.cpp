@@ -22,6 +22,7 @@ constexpr Range kStartBelow{0.0, 10'000.0};          // mm
 constexpr int kMostBlocks = 1'000'000'000;
 constexpr int kMostProgramBytes = 2'000'000'000;
 constexpr std::size_t kMostWords = 40;  // characters of words that a profile states
+constexpr std::size_t kMostName = 32;   // of swivel data: STRING[32] in the call
 constexpr std::size_t kMostLines = 20;  // of `start` and of `end`
 constexpr std::size_t kMostLine = 72;   // characters of one of them
 
@@ -55,6 +56,7 @@ constexpr std::initializer_list<const char*> kFormatKeys{"dialect",
                                                          "tcp",
                                                          "tcp_start_below_mm",
                                                          "tilted_planes",
+                                                         "swivel_data",
                                                          "feed_mode",
                                                          "feed_measure",
                                                          "feed_radius_mm",
@@ -85,6 +87,25 @@ std::string read_words(const Section& program, const char* key, const std::strin
     program.complain(key, "expected words of a program, at most " + std::to_string(kMostWords) +
                               " of A-Z 0-9 blank . - + =, found \"" + text + "\"");
   return text;
+}
+
+/// The name of the swivel data in quotes of a program. "0" would end the swivel data.
+std::string read_swivel_data(const Section& program, Dialect dialect) {
+  if (dialect != Dialect::kSiemens) {
+    program.unused("swivel_data", "unless the dialect is siemens");
+    return {};
+  }
+  const std::string name = program.text("swivel_data", "");
+  const bool plain = std::all_of(name.begin(), name.end(), [](char c) {
+    return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-' || c == '.';
+  });
+  if (name == "0")
+    program.complain("swivel_data", "the name 0 ends the swivel data of the control; expected another name");
+  else if (!plain || name.size() > kMostName)
+    program.complain("swivel_data", "expected the name of the control's swivel data, at most " +
+                                        std::to_string(kMostName) + " of A-Z 0-9 _ - ., found \"" + name +
+                                        "\"");
+  return name;
 }
 
 /// Lines of a program that a profile states: one text or a list of them.
@@ -328,6 +349,7 @@ ProgramFormat read_format(const Section& root, std::optional<Dialect> dialect) {
   else
     program.unused("tcp_start_below_mm", "unless tcp is true and the dialect is fanuc or haas");
   result.tilted_planes = program.flag("tilted_planes", usual.tilted_planes);
+  result.swivel_data = read_swivel_data(program, result.dialect);
   read_feed(program, usual, result);
   read_path_control(program, usual, result);
   read_retract(program, usual, result);
@@ -387,6 +409,7 @@ void describe_format(Description& out, const ProgramFormat& format) {
   if (format.tcp && begins_at_home(format.dialect))
     out.add("program.tcp_start_below_mm", format.tcp_start_below);
   out.add("program.tilted_planes", format.tilted_planes);
+  if (format.dialect == Dialect::kSiemens) out.add("program.swivel_data", or_none(format.swivel_data));
   if (!format.tcp) {
     out.add("program.feed_mode", word(kFeedModes, format.feed_mode));
     out.add("program.feed_measure", word(kFeedMeasures, format.feed_measure));

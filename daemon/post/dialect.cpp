@@ -95,7 +95,7 @@ constexpr std::array<DialectTable, 7> kTables{{
      .length_in_tool = ", D{edge} too", .length_alone = ", use D0",
      .length = "", .tcp_length = "", .length_off = "", .plane_off = "",
      // 27: by axis, about Z, Y, X.
-     .plane_on = R"(CYCLE800(0,"",0,27,0,0,0,{angles},0,0,0,{side},0))", .plane_done = "CYCLE800()",
+     .plane_on = R"(CYCLE800(0,{swivel},0,27,0,0,0,{angles},0,0,0,{side},0))", .plane_done = "CYCLE800()",
      .edge = "D{edge}",
      // Both orientation words: whichever of the two G groups the machine data enables, rotaries go linearly.
      .tcp_on = "TRAORI|{offset}|ORIMKS ORIAXES", .tcp_off = "TRAFOOF",

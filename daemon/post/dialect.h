@@ -2,7 +2,7 @@
 // The dialects of program text as one table of words and rules. Words in braces are filled in: {name},
 // {number}, {offset}, {tool}, {register} (of its length), {edge} (likewise; 1 where none
 // is stated), {cutter} (of its radius), {rpm}, {turn} (3 or 4), {seconds}, {milliseconds}, {tolerance},
-// {angles} and {side} of a tilted plane,
+// {angles} and {side} of a tilted plane, {swivel} (the name of the swivel data in quotes),
 // {rotaries} (",A,C" of those that the machine has), {in_degrees} and {at_radius} (FGREF of each). "|" ends a
 // line; a line that asks for what there is not is left out.
 

@@ -11,8 +11,8 @@ namespace {
 
 tl::unexpected<Error> no_plane(const std::string& what) { return fail(Code::kInput, what); }
 
-/// The numbers between the brackets, the second of them a name.
-bool listed(const std::string& line, std::vector<double>& numbers) {
+/// The numbers between the brackets, the second of them a name in quotes.
+bool listed(const std::string& line, std::vector<double>& numbers, std::string& name) {
   std::string text = line.substr(line.find('(') + 1);
   if (text.empty() || text.back() != ')') return false;
   text.pop_back();
@@ -20,15 +20,22 @@ bool listed(const std::string& line, std::vector<double>& numbers) {
   for (std::string one; std::getline(in, one, ',');) {
     double value = 0.0;
     std::istringstream number(one);
-    if (numbers.size() != 1 && !(number >> value)) return false;
+    if (numbers.size() == 1)
+      name = one;
+    else if (!(number >> value))
+      return false;
     numbers.push_back(value);
   }
   return true;
 }
 
-Result<TextPlane> swivel(const std::string& line) {
+Result<TextPlane> swivel(const std::string& line, const std::string& wanted) {
   std::vector<double> v;
-  if (!listed(line, v) || v.size() != 15) return no_plane("CYCLE800 is not understood");
+  std::string name;
+  if (!listed(line, v, name) || v.size() != 15) return no_plane("CYCLE800 is not understood");
+  if (!wanted.empty() && name != "\"" + wanted + "\"")
+    return no_plane("CYCLE800 calls the swivel data " + name + ", the profile's program.swivel_data is \"" +
+                    wanted + "\"; read it with the profile of its machine");
   const bool plain = v[0] == 0.0 && v[2] == 0.0 && v[3] == 27.0 && v[10] == 0.0 && v[11] == 0.0 &&
                      v[12] == 0.0 && v[14] == 0.0;
   if (!plain)
@@ -64,8 +71,8 @@ Result<TextPlane> plane_of_words(const DialectWords& words) {
   return TextPlane{from_zxz({at('I'), at('J'), at('K')}), {at('X'), at('Y'), at('Z')}};
 }
 
-Result<TextPlane> plane_of_line(const std::string& line) {
-  return line.rfind("CYCLE800", 0) == 0 ? swivel(line) : spatial(line);
+Result<TextPlane> plane_of_line(const std::string& line, const std::string& swivel_data) {
+  return line.rfind("CYCLE800", 0) == 0 ? swivel(line, swivel_data) : spatial(line);
 }
 
 }  // namespace tiltfeed::daemon

@@ -16,8 +16,9 @@ struct TextPlane {
   Vec3 origin;                    ///< mm
 };
 
-/// Each: the plane, or why it is not understood.
+/// Each: the plane, or why it is not understood. `swivel_data`: the name that CYCLE800 has to call; empty:
+/// any.
 Result<TextPlane> plane_of_words(const DialectWords& words);
-Result<TextPlane> plane_of_line(const std::string& line);
+Result<TextPlane> plane_of_line(const std::string& line, const std::string& swivel_data);
 
 }  // namespace tiltfeed::daemon

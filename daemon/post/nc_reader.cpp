@@ -130,7 +130,7 @@ bool Reader::dialogue(const std::string& line, Mistake& mistake) {
       (haas && (line == "G187" || is("G187 "))))
     return true;
   if (is("PLANE ") || is("CYCLE800(")) {
-    mistake = begin_plane(plane_of_line(line));
+    mistake = begin_plane(plane_of_line(line, language_.swivel_data));
     return true;
   }
   if ((fanuc || haas) && line.size() > 1 && line[0] == 'O' &&

@@ -81,6 +81,7 @@ TextLanguage text_language(const config::MachineProfile& machine) {
                                   format.unclamp_rotary, format.through_on, format.through_off})
     add_codes(line, language.own_codes);
   language.through_on = format.through_on;
+  language.swivel_data = format.swivel_data;
   for (const config::TableTurn& turn : config::table_turns(model))
     language.table.push_back({turn.axis->letter, turn.axis->zero});
   for (const std::string& line : format.start) add_codes(line, language.own_codes);

@@ -29,6 +29,7 @@ Filling filling_of(const Posting& posting) {
           {"number", std::string(number.size() < 4 ? 4 - number.size() : 0, '0') + number},
           {"offset", work_offset_word(format.dialect, posting.data.work_offset)},
           {"units", format.inches ? table_of(format.dialect).inch : table_of(format.dialect).mm},
+          {"swivel", "\"" + format.swivel_data + "\""},
           {"rotaries", rotaries(model, ",", "")},
           {"in_degrees", rotaries(model, " FGREF[", "]=57.29578")},
           {"at_radius", rotaries(model, " FGREF[", "]=" + decimal(format.feed_radius, 4))},

@@ -1,6 +1,7 @@
 #pragma once
 // What a reader of program text needs to know of the control.
 
+#include <string>
 #include <vector>
 
 #include "config/program_format.h"
@@ -23,6 +24,7 @@ struct TextLanguage {
   std::vector<int> own_codes = {};      ///< M codes of the machine's own lines
   std::vector<TableLetter> table = {};  ///< rotaries that carry the work
   std::string through_on = {};          ///< the profile's line for coolant through the spindle; empty: none
+  std::string swivel_data = {};         ///< the name that CYCLE800 has to call; empty: any
 };
 
 }  // namespace tiltfeed::daemon

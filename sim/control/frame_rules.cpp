@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <utility>
 
+#include "sim/control/plane_words.h"
 #include "sim/control/smoothing_words.h"
 
 namespace tiltfeed::sim {
@@ -145,6 +146,14 @@ Frame::Wrong Frame::length_register(const ControlWords& words) {
          " is called, that of the tool is " + letter + std::to_string(wanted);
 }
 
+/// CYCLE800 reckons with the axes of the swivel data that it calls.
+Frame::Wrong Frame::swivel_data(std::string_view line) const {
+  const auto name = swivel_name(line);
+  if (name && *name == format_.swivel_data) return std::nullopt;
+  return "CYCLE800 calls the swivel data \"" + std::string(name.value_or("")) +
+         "\", the profile's program.swivel_data is \"" + format_.swivel_data + "\"";
+}
+
 /// A tilted plane begins before the tool's length counts, where a control nests the two, and ends when the
 /// tool is retracted.
 Frame::Wrong Frame::planes(std::string_view line, const ControlWords& words) {
@@ -153,6 +162,8 @@ Frame::Wrong Frame::planes(std::string_view line, const ControlWords& words) {
                     (plane && line.starts_with("PLANE RESET"));
   const bool begins = !ends && (words.has_g(682) || words.has_g(2540) || cycle || plane);
   if (!ends && !begins) return std::nullopt;
+  if (begins && cycle)
+    if (auto wrong = swivel_data(line)) return wrong;
   const bool in_force = std::exchange(plane_, begins);
   const bool length_on = length_on_ && counts_length();
   if (ends && in_force) placed_ = {};

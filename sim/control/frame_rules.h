@@ -68,6 +68,7 @@ class Frame {
   Wrong offset(std::string_view line, const ControlWords& words);
   Wrong tool(std::string_view line, const ControlWords& words);
   Wrong planes(std::string_view line, const ControlWords& words);
+  Wrong swivel_data(std::string_view line) const;
   Wrong smoothing(std::string_view line);
   Wrong arc_plane(const ControlWords& words);
   Wrong retract(std::string_view line, const ControlWords& words);

@@ -83,6 +83,13 @@ Wrong read_cycle800(std::string_view call, ReadPlane& plane) {
   return std::nullopt;
 }
 
+std::optional<std::string_view> swivel_name(std::string_view call) {
+  const std::size_t open = call.find('"');
+  const std::size_t close = open == call.npos ? call.npos : call.find('"', open + 1);
+  if (close == call.npos) return std::nullopt;
+  return call.substr(open + 1, close - open - 1);
+}
+
 Wrong read_plane_spatial(std::string_view line, ReadPlane& plane) {
   const auto words = split(line, ' ');
   const std::array<std::string_view, 9> form{"PLANE", "SPATIAL", "SPA",   "SPB", "SPC",

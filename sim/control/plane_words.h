@@ -22,6 +22,8 @@ struct ReadPlane {
 std::optional<std::string> read_g68_2(const ControlWords& words, ReadPlane& plane);
 /// CYCLE800(FR,"TC",ST,MODE,X0,Y0,Z0,A,B,C,X1,Y1,Z1,DIR,FR_I), by axis.
 std::optional<std::string> read_cycle800(std::string_view call, ReadPlane& plane);
+/// The name in quotes that such a call has, without these; nothing: it has none.
+std::optional<std::string_view> swivel_name(std::string_view call);
 /// PLANE SPATIAL SPA SPB SPC STAY SEQ TABLE ROT: about fixed x, y, z.
 std::optional<std::string> read_plane_spatial(std::string_view line, ReadPlane& plane);
 

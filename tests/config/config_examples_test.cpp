@@ -181,7 +181,7 @@ TEST(Examples, EveryKeyOfAMachineIsInTheProfileWithAComment) {
       ++count;
     }
   }
-  EXPECT_EQ(count, 18u + 3 + 5 + 12 + 3 + 31 + 3 + 12 + 2 + 6);
+  EXPECT_EQ(count, 18u + 3 + 5 + 12 + 3 + 32 + 3 + 12 + 2 + 6);
   for (const char* key : {"structure",
                           "letter",
                           "direction",

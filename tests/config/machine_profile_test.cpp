@@ -197,6 +197,19 @@ TEST(MachineProfile, ProgramAndLinkMayBeLeftOut) {
   EXPECT_TRUE(profile->model.blends_rotary);
 }
 
+TEST(MachineProfile, NamesTheSwivelData) {
+  for (const char* name : {"T", "HEAD_2.B-1", "A2345678901234567890123456789012"}) {
+    const auto profile =
+        parse_changed("dialect: grbl", "dialect: siemens\n  swivel_data: " + std::string(name));
+    ASSERT_TRUE(profile.has_value()) << profile.error().message;
+    EXPECT_EQ(profile->format.swivel_data, name);
+    EXPECT_NE(describe(*profile).find(std::string("program.swivel_data: ") + name + "\n"), std::string::npos);
+  }
+  const auto without = parse_changed("dialect: grbl", "dialect: siemens");
+  ASSERT_TRUE(without.has_value()) << without.error().message;
+  EXPECT_NE(describe(*without).find("program.swivel_data: none\n"), std::string::npos);
+}
+
 TEST(MachineProfile, DescribesEveryValue) {
   const Result<MachineProfile> profile = parse_machine(kGoodMachine, kMachinePath);
   ASSERT_TRUE(profile.has_value());

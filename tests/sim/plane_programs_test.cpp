@@ -298,6 +298,45 @@ TEST_P(PlanePrograms, AnAngleOrASideThatIsNotTheMachinesIsFound) {
   }
 }
 
+/// Of several swivel data a Sinumerik takes those of the name.
+TEST_P(PlanePrograms, TheSwivelDataAreTheProfiles) {
+  if (GetParam().dialect != Dialect::kSiemens) return;
+  EXPECT_NE(text_.find("CYCLE800(0,\"\",0,27,"), text_.npos) << "none are stated";
+  const MachineProfile unnamed = profile_;
+  profile_.format.swivel_data = "HEAD_2.B-1";
+  const auto text = program_text(path_, profile_, options_);
+  ASSERT_TRUE(text) << text.error().message;
+  std::vector<std::string> named;
+  std::istringstream in(*text);
+  for (std::string line; std::getline(in, line);) named.push_back(line);
+  job_.machine = profile_;
+  ASSERT_EQ(fault(named), "");
+  int calls = 0;
+  for (std::size_t i = 0; i < named.size(); ++i) {
+    if (!named[i].starts_with("CYCLE800(0")) continue;
+    EXPECT_TRUE(named[i].starts_with("CYCLE800(0,\"HEAD_2.B-1\",0,27,")) << named[i];
+    ++calls;
+    for (const char* other : {"\"HEAD_2.B-2\"", "\"\"", "\"0\""}) {
+      std::vector<std::string> bad = named;
+      bad[i].replace(bad[i].find('"'), 12, other);
+      EXPECT_NE(fault(bad), "") << bad[i];
+      std::string all;
+      for (const std::string& line : bad) all += line + "\n";
+      EXPECT_FALSE(back(all, profile_)) << bad[i];
+    }
+  }
+  EXPECT_EQ(calls, 6);
+  const auto read_back = back(*text, profile_);
+  ASSERT_TRUE(read_back) << read_back.error().message;
+  std::vector<Pose> poses;
+  for (const AptOperation& op : read_back->operations)
+    for (const Move& move : op.path.moves) poses.push_back(move.pose);
+  expect_met(path_, poses);
+  job_.machine = unnamed;
+  EXPECT_NE(fault(named).find("program.swivel_data is \"\""), std::string::npos) << fault(named);
+  EXPECT_TRUE(back(*text, unnamed)) << "a profile that states none says nothing of others' programs";
+}
+
 /// The retract goes along the machine's Z: a tool that lies in its cut would be drawn through the part.
 TEST_P(PlanePrograms, AToolInItsCutIsNotRetracted) {
   AptProgram deep = path_;
