@@ -200,6 +200,10 @@ Result<Job> parse_tree(const YamlNode& tree, const std::string& path, const JobF
     root.complain("program", "tool is 0, and a tilted plane in " +
                                  std::string(name_of(job.machine.format.dialect).name) +
                                  " needs a tool number for its H word; state program.tool");
+  if (job.program.plane_offsets && job.machine.format.tilted_planes && !stands)
+    complaint.add(node_at(tree, "program", "plane_offsets")->place,
+                  "program.plane_offsets: this axis.mode turns the rotaries in cuts, which are in no tilted "
+                  "plane; expected false, or axis.mode fixed or indexed");
   // What the control leaves the path by is a share of the tolerance that nothing else may have.
   const double left = left_to_control(job), asked = job.program.smoothing_tolerance;
   if (asked > kMostBlended * job.plan.tolerance)

@@ -22,9 +22,9 @@ constexpr std::initializer_list<EnumWord<Smoothing>> kSmoothings{{"none", Smooth
 }  // namespace
 
 ProgramData read_program_data(const Section& root, int tool) {
-  const Section section =
-      root.optional_section("program", {"number", "tool", "length_register", "work_offset", "coolant",
-                                        "smoothing", "smoothing_tolerance_mm", "arc_tolerance_mm"});
+  const Section section = root.optional_section(
+      "program", {"number", "tool", "length_register", "work_offset", "coolant", "smoothing",
+                  "smoothing_tolerance_mm", "arc_tolerance_mm", "plane_offsets"});
   const ProgramData usual;
   ProgramData data;
   data.number = section.integer("number", 1, 9999, usual.number);
@@ -38,6 +38,7 @@ ProgramData read_program_data(const Section& root, int tool) {
   else
     section.unused("smoothing_tolerance_mm", "unless smoothing is rough, semi or finish");
   if (section.has("arc_tolerance_mm")) data.arc_tolerance = section.number("arc_tolerance_mm", kArcs);
+  data.plane_offsets = section.flag("plane_offsets", usual.plane_offsets);
   return data;
 }
 
@@ -72,6 +73,14 @@ std::vector<std::pair<const char*, std::string>> not_of_control(const ProgramDat
     wrong.emplace_back("arc_tolerance_mm",
                        "the program is under TCP, where X Y Z are the tip's and no arc is posted; leave it "
                        "out, or state tcp: false or tilted_planes: true in the profile");
+  if (data.plane_offsets && !has_tilted_planes(control))
+    wrong.emplace_back("plane_offsets", name +
+                                            " has no words for a tilted plane, with which a work offset "
+                                            "would turn; expected false");
+  else if (data.plane_offsets && !format.tilted_planes)
+    wrong.emplace_back("plane_offsets", "the machine profile " + profile +
+                                            " asks for no tilted planes; state program.tilted_planes: true "
+                                            "there, or leave it out");
   const bool tnc = control == Dialect::kHeidenhain || control == Dialect::kHeidenhainIso;
   if (data.length_register > 0 && (tnc || control == Dialect::kGrbl))
     wrong.emplace_back("length_register", name + " takes the length of the tool that is called; expected 0");
@@ -89,6 +98,7 @@ void describe_program_data(Description& out, const ProgramData& data) {
   out.add("program.smoothing", word(kSmoothings, data.smoothing));
   if (data.smoothing != Smoothing::kNone) out.add("program.smoothing_tolerance_mm", data.smoothing_tolerance);
   if (data.arc_tolerance > 0.0) out.add("program.arc_tolerance_mm", data.arc_tolerance);
+  if (data.plane_offsets) out.add("program.plane_offsets", true);
 }
 
 }  // namespace tiltfeed::config

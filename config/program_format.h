@@ -180,6 +180,8 @@ struct ProgramData {
   double smoothing_tolerance = 0.0;  ///< what the control may leave the path by with it, mm; else 0
   /// What arcs (G2, G3) may leave the straight blocks by that they stand for, mm; 0: no arcs.
   double arc_tolerance = 0.0;
+  /// Each tilted plane has a work offset of its own, from `work_offset` on; all are at part zero.
+  bool plane_offsets = false;
 };
 
 /// Of ProgramData::arc_tolerance, mm.

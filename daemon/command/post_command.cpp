@@ -125,6 +125,8 @@ Result<config::MachineProfile> PostCommands::Options::profile() const {
   if (planes || no_planes) profile->format.tilted_planes = planes;
   if (const auto why = planes ? config::no_planes(profile->model, profile->format) : std::nullopt)
     return fail(Code::kUsage, "--planes: " + *why);
+  for (const auto& [key, wrong] : config::not_of_control(data, profile->format, profile->path))
+    if (key == std::string_view("plane_offsets")) return fail(Code::kUsage, "--plane-offsets: " + wrong);
   return profile;
 }
 
@@ -291,6 +293,9 @@ PostCommands::PostCommands(CLI::App& app) : options_(std::make_unique<Options>()
       "where the rotaries stand in every cut, the control's tilted planes (G68.2, G254, CYCLE800, "
       "PLANE SPATIAL)");
   o.post->add_flag("--no-planes", o.no_planes, "none, whatever the profile says")->excludes("--planes");
+  o.post->add_flag("--plane-offsets", o.data.plane_offsets,
+                   "each tilted plane with a work offset of its own, from --work-offset on; all are set to "
+                   "part zero");
   o.post->add_option("--units", o.unit, "of a file without UNITS/: mm or inch")
       ->check(CLI::IsMember({"mm", "inch"}));
   o.post->add_option("--feed", o.feed, "of feed moves before the file states one, mm/min")

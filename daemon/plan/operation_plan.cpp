@@ -97,6 +97,10 @@ Result<void> OperationPlan::find_joints() {
     told_.say(
         "no tilted planes: a rotary turns in a cut, and the program is posted as if the profile did not ask "
         "for them");
+  if (asked && !ways && job_.program.plane_offsets)
+    return fail(Code::kInput,
+                "a rotary turns in a cut, so that the program is in no tilted planes, and each plane is to "
+                "have a work offset of its own; state program.plane_offsets: false");
   if (ways) job_.machine.format = config::in_tilted_planes(job_.machine.format);
   job_.machine.format.tilted_planes = ways.has_value();
   if (job_.program.arc_tolerance > 0.0 && job_.machine.format.tcp)

@@ -219,6 +219,10 @@ std::string report_json(const PlanOutcome& o) {
   json["program_bytes"] = o.program.bytes;
   json["clamped_feeds"] = o.program.clamped_feeds;
   json["tilted_planes"] = o.program.planes;
+  json["plane_offsets"] = nlohmann::ordered_json::array();
+  for (const PlaneOffset& plane : o.program.plane_offsets)
+    json["plane_offsets"].push_back(
+        {{"work_offset", plane.offset}, {"tilt_deg", plane.tilt}, {"rotary_deg", plane.rotary}});
   json["arcs"] = o.program.arcs;
   json["blocks_saved_by_arcs"] = o.program.arcs_stand_for - o.program.arcs;
   add_motion(json, o.timing);
@@ -268,6 +272,9 @@ std::string motion_text(const MotionOutcome& o) {
     text += formatted("in %llu tilted %s of the control: come to from the retract each\n",
                       static_cast<unsigned long long>(o.program.planes),
                       o.program.planes == 1 ? "plane" : "planes");
+  if (!o.program.plane_offsets.empty())
+    text += formatted("work offsets %d to %d: each plane has its own, set all to part zero\n",
+                      o.program.plane_offsets.front().offset, o.program.plane_offsets.back().offset);
   if (o.program.arcs > 0)
     text += formatted("%llu arcs, instead of %llu straight blocks\n",
                       static_cast<unsigned long long>(o.program.arcs),

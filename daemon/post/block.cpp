@@ -13,6 +13,7 @@
 
 #include "daemon/post/arc_fit.h"
 #include "daemon/post/block_layout.h"
+#include "daemon/post/plane_offsets.h"
 #include "daemon/post/printed_path.h"
 #include "daemon/post/printed_words.h"
 #include "daemon/post/tcp_start.h"
@@ -267,6 +268,7 @@ Result<void> check(const Posting& posting) {
                 "the program has " + std::to_string(blocks) + " blocks, the control takes " +
                     std::to_string(format.max_blocks) +
                     "; allow a coarser tolerance, divide the job, or raise the profile's max_blocks");
+  if (const auto planes = plane_offsets(posting); !planes) return tl::unexpected(planes.error());
   return {};
 }
 
@@ -296,6 +298,7 @@ Result<ProgramReport> write_program(const Posting& posting, std::ostream& out,
     result->planes =
         static_cast<std::uint64_t>(std::count_if(posting.operations.begin(), posting.operations.end(),
                                                  [](const Operation& op) { return op.plane.has_value(); }));
+  if (result) result->plane_offsets = *plane_offsets(posting);
   return result;
 }
 

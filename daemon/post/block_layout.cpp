@@ -10,6 +10,7 @@
 #include "config/table_home.h"
 #include "daemon/post/comment_text.h"
 #include "daemon/post/high_speed.h"
+#include "daemon/post/plane_offsets.h"
 #include "daemon/post/printed_words.h"
 #include "daemon/post/program_filling.h"
 #include "daemon/post/tcp_start.h"
@@ -39,6 +40,7 @@ class Writer {
   void begin(const Operation& op, bool first);
   void turn(const Operation& op);
   void call_length(const Operation& op);
+  void call_offset(const Operation& op);
   void preselect(const Operation& op);
   void tool_comments(const Operation& op);
   void modes();
@@ -62,7 +64,9 @@ class Writer {
   const DialectTable& table_;
   Filling filling_;
   Layout layout_;
-  std::size_t at_ = 0;  ///< the block that lines stand before
+  std::size_t at_ = 0;               ///< the block that lines stand before
+  std::vector<PlaneOffset> planes_;  ///< that have work offsets of their own
+  int offset_;                       ///< the work offset that is called
   double spindle_ = 0.0, coolant_ = 0.0, plane_ = kUsualPlane;
   bool smooth_ = false;         ///< the high-speed function is on
   const char* side_ = nullptr;  ///< a word of cutter compensation that is still to be said
@@ -73,7 +77,9 @@ Writer::Writer(const Posting& posting)
     : posting_(posting),
       format_(posting.machine.format),
       table_(table_of(format_.dialect)),
-      filling_(filling_of(posting)) {}
+      filling_(filling_of(posting)),
+      planes_(plane_offsets(posting).value_or(std::vector<PlaneOffset>{})),
+      offset_(posting.data.work_offset) {}
 
 void Writer::line(const std::string& text) {
   const bool numbered = std::string_view(table_.unnumbered).find(text.front()) == std::string_view::npos;
@@ -110,6 +116,7 @@ void Writer::header() {
     if (*table_.tcp_frame != '\0') comment(table_.tcp_frame, "", "");
     if (!posting_.start.empty()) comment(posting_.start, "", "");
   }
+  for (const std::string& text : offset_remarks(planes_, posting_.machine)) comment(text, "", "");
   double seconds = 0.0;
   for (const Operation& op : posting_.operations) seconds += op.words->report.seconds;
   seconds = posting_.seconds.value_or(seconds);
@@ -135,6 +142,15 @@ void Writer::tool_comments(const Operation& op) {
     comment("fixture " + triple(fixture_degrees(op.setup.fixture), 9) + " deg", "", "");
 }
 
+/// That of the operation's plane, where it has another: the rotaries and X Y go to their place by it.
+void Writer::call_offset(const Operation& op) {
+  const int own = offset_of(planes_, posting_, op);
+  if (own == std::exchange(offset_, own)) return;
+  for (const std::string& text :
+       filled(table_.plane_offset, {{"offset", work_offset_word(format_.dialect, own)}}))
+    line(text);
+}
+
 /// Between two planes of one tool.
 void Writer::turn(const Operation& op) {
   if (shorter_) lines(table_.shorter_off);
@@ -143,6 +159,7 @@ void Writer::turn(const Operation& op) {
   retract();
   lines(table_.plane_done);
   call_length(op);
+  call_offset(op);
   for (const std::string& open :
        {tilt_clamped_ ? format_.unclamp_tilt : "", rotary_clamped_ ? format_.unclamp_rotary : ""})
     if (!open.empty()) line(open);
@@ -186,6 +203,7 @@ void Writer::begin(const Operation& op, bool first) {
   else
     call_length(op);
   if (format_.preselects && !op.keeps_tool) preselect(op);
+  call_offset(op);
   for (const std::string& open : {format_.unclamp_tilt, format_.unclamp_rotary})
     if (!open.empty()) line(open);
   tilt_clamped_ = rotary_clamped_ = false;

@@ -64,6 +64,7 @@ struct DialectTable {
   const char* plane_off;  ///< lines after the first of these that end a tilted plane and a rotation
   // Lines that begin a tilted plane, the rotaries at its place, and that end it, the tool retracted.
   const char *plane_on, *plane_done;
+  const char* plane_offset = "";      ///< lines that call a plane's own work offset before it
   const char* preselect = "T{next}";  ///< line that makes the next tool ready
   const char* edge = "";         ///< line that calls the tool's length anew behind a retract that ends it
   const char *tcp_on, *tcp_off;  ///< lines; it ends before the tool is retracted

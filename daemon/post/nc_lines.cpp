@@ -51,6 +51,9 @@ void take_header(std::string_view comment, NcProgram& program) {
     if (!(in >> value)) return;
     if (!operation.blocks.empty()) program.operations.emplace_back();
     program.operations.back().tool_length = value;
+  } else if (word == "each") {
+    program.own_offsets =
+        program.own_offsets || comment.find("each plane has its own work offset") != comment.npos;
   } else if (word == "fixture") {
     Vec3 v;
     if (in >> v.x >> v.y >> v.z) operation.fixture_deg = v;

@@ -48,6 +48,7 @@ struct NcProgram {
   std::vector<std::string> notes;         ///< words left out, with their line
   std::vector<TextPlane> planes;
   std::vector<TextArc> arcs;
+  bool own_offsets = false;  ///< its header says that each plane has a work offset of its own, at part zero
 };
 
 }  // namespace tiltfeed::daemon

@@ -67,6 +67,8 @@ class Reader {
   void machine_codes(const DialectWords& words);
   void note_table();
   Mistake begin_plane(Result<TextPlane> plane);
+  Mistake call_offset(std::pair<int, double> called);
+  Mistake own_offset();
   Mistake planes(const DialectWords& words);
   Mistake dwell(const DialectWords& words);
   void compensation(const DialectWords& words);
@@ -95,6 +97,8 @@ class Reader {
   int plane_ = 17, told_plane_ = 17;
   ArcReader arcs_;
   std::pair<int, double> offset_{};  ///< the code in tenths, and its P
+  /// Work offsets of planes, and where the rotaries stand in these.
+  std::vector<std::pair<std::pair<int, double>, std::array<double, 2>>> own_offsets_;
   std::uint64_t bytes_ = 0;
   std::size_t blocks_ = 0, last_blocks_ = 0;
   std::uint32_t tilted_ = 0;  ///< of facts_.planes, from 1
@@ -114,9 +118,19 @@ bool Reader::dialogue(const std::string& line, Mistake& mistake) {
   if (is("BEGIN PGM") || iso_head)
     mistake = other_unit(line.ends_with(" INCH") || (iso_head && line.find(" G70") != line.npos));
   if (is("%") || is("BEGIN PGM") || is("END PGM") || is("FGROUP") || is("FGREF") || is("CYCLE832(") ||
-      is("CYCL DEF 247") || is("Q339") || is("CYCL DEF 9.0") || is("G247") || is("CYCL DEF 10.0 ROTATION") ||
+      is("CYCL DEF 247") || is("CYCL DEF 9.0") || is("CYCL DEF 10.0 ROTATION") ||
       line == "CYCL DEF 10.1 ROT+0" || line == "G73 G90 H+0")
     return true;
+  if (tnc_ && (is("Q339") || is("G247"))) {
+    constexpr int kPreset = 2470;
+    double number = 0.0;
+    const std::size_t at = line.find("Q339=");
+    if (at == line.npos || !(std::istringstream(line.substr(at + 5)) >> number))
+      mistake = "the preset has no number";
+    else
+      mistake = call_offset({kPreset, number});
+    return true;
+  }
   if (line == "PLANE RESET STAY" || line == "PLANE RESET" || line == "CYCLE800()") {
     tilted_ = 0;
     return true;
@@ -159,11 +173,37 @@ bool Reader::dialogue(const std::string& line, Mistake& mistake) {
   return true;
 }
 
+/// Another zero on the way is no place that is known, but where the program says that all are at part zero.
+Mistake Reader::call_offset(std::pair<int, double> called) {
+  if (called == std::exchange(offset_, called) || !moved_) return std::nullopt;
+  if (!facts_.own_offsets) return "another work offset behind the first move is not understood";
+  if (tilted_ != 0) return "a work offset is called in a tilted plane";
+  return std::nullopt;
+}
+
+/// Each place of the rotaries has one work offset, and each of these one place.
+Mistake Reader::own_offset() {
+  const auto same = [&](const std::array<double, 2>& place) {
+    return std::abs(std::remainder(place[0] - at_.a, 360.0)) < kAtHome &&
+           std::abs(std::remainder(place[1] - at_.c, 360.0)) < kAtHome;
+  };
+  for (const auto& [offset, place] : own_offsets_) {
+    if (offset == offset_ && same(place)) return std::nullopt;
+    if (offset == offset_)
+      return "the work offset of another plane is in force: is the call of this plane's lost?";
+    if (same(place)) return "this plane has had another work offset before";
+  }
+  own_offsets_.push_back({offset_, {at_.a, at_.c}});
+  return std::nullopt;
+}
+
 /// X Y Z are not known in the plane until they are stated.
 Mistake Reader::begin_plane(Result<TextPlane> plane) {
   if (!plane) return plane.error().message;
   if (tcp_) return "a tilted plane under TCP is not understood";
   if (!known_[3] || !known_[4]) return "a tilted plane before the rotaries are at their place";
+  if (facts_.own_offsets)
+    if (auto bad = own_offset()) return bad;
   plane->origin = plane->origin * unit();
   facts_.planes.push_back(*plane);
   tilted_ = static_cast<std::uint32_t>(facts_.planes.size());
@@ -339,9 +379,7 @@ Mistake Reader::codes(const DialectWords& words) {
   for (const int code : words.g) {
     if (!is_work_offset(code, language_.dialect)) continue;
     const double p = words.has('P') ? words.values.at('P') : 0.0;
-    const std::pair called{code, p};
-    if (called == std::exchange(offset_, called)) continue;
-    if (moved_) return "another work offset behind the first move is not understood";
+    if (auto bad = call_offset({code, p})) return bad;
   }
   if (words.has_g(800)) motion_known_ = false;
   for (const int code : words.g)
@@ -428,6 +466,9 @@ Result<void> Reader::too_long() const {
 Result<NcProgram> Reader::finish() {
   std::erase_if(facts_.operations, [](const TextOperation& op) { return op.blocks.empty(); });
   if (facts_.operations.empty()) return wrong("no motion block before the end");
+  if (!own_offsets_.empty())
+    facts_.notes.push_back(std::to_string(own_offsets_.size()) +
+                           " planes have work offsets of their own; all are read as at part zero");
   return std::move(facts_);
 }
 

@@ -16,13 +16,20 @@
 
 namespace tiltfeed::daemon {
 
+/// The work offset of a tilted plane, and where the rotaries stand in it.
+struct PlaneOffset {
+  int offset = 1;                   ///< as ProgramData::work_offset
+  double tilt = 0.0, rotary = 0.0;  ///< their words, degrees
+};
+
 struct ProgramReport {
   std::uint64_t blocks = 0;         ///< motion blocks written
   std::uint64_t clamped_feeds = 0;  ///< F limited to the control's range
   std::uint64_t bytes = 0;
-  std::uint64_t planes = 0;          ///< tilted planes that it is in; 0: none
-  std::uint64_t arcs = 0;            ///< of the blocks
-  std::uint64_t arcs_stand_for = 0;  ///< straight blocks that the arcs are instead of
+  std::uint64_t planes = 0;                  ///< tilted planes that it is in; 0: none
+  std::vector<PlaneOffset> plane_offsets{};  ///< of its planes; empty: they have the program's
+  std::uint64_t arcs = 0;                    ///< of the blocks
+  std::uint64_t arcs_stand_for = 0;          ///< straight blocks that the arcs are instead of
 };
 
 /// Largest relative error of a printed F, where the dialect's decimals of F allow it.

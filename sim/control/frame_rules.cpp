@@ -1,6 +1,7 @@
 #include "sim/control/frame_rules.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <utility>
 
@@ -106,6 +107,7 @@ Frame::Wrong Frame::header(std::string_view text) {
 }
 
 Frame::Wrong Frame::offset(std::string_view line, const ControlWords& words) {
+  const int before = offset_;
   if (tnc()) {
     const bool called = std::exchange(preset_cycle_, line.starts_with("CYCL DEF 247"));
     const int preset = number_after(line, "Q339=");
@@ -125,6 +127,13 @@ Frame::Wrong Frame::offset(std::string_view line, const ControlWords& words) {
       }
       if (called > 0) offset_ = called, frames_dropped_ = false;
     }
+  }
+  if (job_->program.plane_offsets) {
+    if (offset_ == before || before == 0) return std::nullopt;
+    if (plane_) return "another work offset is called in a tilted plane";
+    if (std::any_of(placed_.begin(), placed_.end(), [](bool placed) { return placed; }))
+      return "a plane's work offset is called behind the way of the axes to it, which goes by the one before";
+    return std::nullopt;
   }
   if (offset_ == 0 || offset_ == job_->program.work_offset) return std::nullopt;
   return "work offset " + std::to_string(offset_) + " is called, the job's program.work_offset is " +
@@ -146,6 +155,22 @@ Frame::Wrong Frame::length_register(const ControlWords& words) {
          " is called, that of the tool is " + letter + std::to_string(wanted);
 }
 
+/// The places of the rotaries have the work offsets from the job's on, in the order in which they come first.
+Frame::Wrong Frame::plane_offset() {
+  constexpr double kSamePlace = 1e-4;  // degrees
+  const std::array<double, 2> at{words_[3], words_[4]};
+  const auto same = [&](const std::array<double, 2>& place) {
+    return std::abs(std::remainder(place[0] - at[0], 360.0)) < kSamePlace &&
+           std::abs(std::remainder(place[1] - at[1], 360.0)) < kSamePlace;
+  };
+  const auto known = std::find_if(offset_planes_.begin(), offset_planes_.end(), same);
+  const int own = job_->program.work_offset + static_cast<int>(known - offset_planes_.begin());
+  if (known == offset_planes_.end()) offset_planes_.push_back(at);
+  if (offset_ == own) return std::nullopt;
+  return "work offset " + std::to_string(offset_) + " is in force where a tilted plane begins whose own is " +
+         std::to_string(own) + " (program.plane_offsets)";
+}
+
 /// CYCLE800 reckons with the axes of the swivel data that it calls.
 Frame::Wrong Frame::swivel_data(std::string_view line) const {
   const auto name = swivel_name(line);
@@ -164,6 +189,8 @@ Frame::Wrong Frame::planes(std::string_view line, const ControlWords& words) {
   if (!ends && !begins) return std::nullopt;
   if (begins && cycle)
     if (auto wrong = swivel_data(line)) return wrong;
+  if (begins && job_->program.plane_offsets)
+    if (auto wrong = plane_offset()) return wrong;
   const bool in_force = std::exchange(plane_, begins);
   const bool length_on = length_on_ && counts_length();
   if (ends && in_force) placed_ = {};

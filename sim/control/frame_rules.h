@@ -69,6 +69,7 @@ class Frame {
   Wrong tool(std::string_view line, const ControlWords& words);
   Wrong planes(std::string_view line, const ControlWords& words);
   Wrong swivel_data(std::string_view line) const;
+  Wrong plane_offset();
   Wrong smoothing(std::string_view line);
   Wrong arc_plane(const ControlWords& words);
   Wrong retract(std::string_view line, const ControlWords& words);
@@ -102,6 +103,9 @@ class Frame {
   int arc_plane_ = 17;
   /// Letters of axes, by place in `letters_`, that have been sent to a place since the last tool change.
   std::array<bool, 5> placed_{};
+  std::array<double, 5> words_{};  ///< the last word of each
+  /// Where the rotaries stand in each plane that has come, in the order of their own work offsets.
+  std::vector<std::array<double, 2>> offset_planes_;
   bool preset_cycle_ = false;  ///< the line before calls a TNC's preset
   bool keeps_tool_ = false;    ///< the operation has the tool of the one before
   bool next_tool_ = false;     ///< the header's lines of another tool have come, its change has not

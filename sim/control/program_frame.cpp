@@ -185,8 +185,11 @@ Frame::Wrong Frame::read(std::string_view line) {
     if (auto wrong = first_move()) return wrong;
   if (posted_)
     if (auto wrong = goes_down(words)) return wrong;
-  for (std::size_t i = 0; i < letters_.size(); ++i)
-    placed_[i] = placed_[i] || (letters_[i] != kNoLetter && words.has(letters_[i]));
+  for (std::size_t i = 0; i < letters_.size(); ++i) {
+    if (letters_[i] == kNoLetter || !words.has(letters_[i])) continue;
+    placed_[i] = true;
+    words_[i] = words[letters_[i]];
+  }
   // Until it goes down it stands there.
   if (words.has('Z')) retracted_ = false;
   return std::nullopt;

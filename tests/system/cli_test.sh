@@ -303,6 +303,8 @@ expect 2 'belong together' "${post_with[@]}" --smoothing finish
 expect 2 'smoothing-tolerance 0.0001: expected 0.001 to 1 mm' "${post_with[@]}" --smoothing finish --smoothing-tolerance 0.0001
 expect 2 'arc-tolerance 0.0001: expected 0.0005 to 1 mm' "${post_with[@]}" --arc-tolerance 0.0001
 expect 2 'arc-tolerance: under TCP' "${post_with[@]}" --arc-tolerance 0.001 --tcp
+expect 2 'plane-offsets: grbl has no words for a tilted plane' "$bin/tiltfeed" post "$foreign" --machine "$machine" --out "$work/q.nc" --dialect grbl --plane-offsets
+expect 2 'plane-offsets: .* asks for no tilted planes' "${post_with[@]}" --plane-offsets
 expect 0 'tool-length 66 is not taken for tool 3: .* states LENGTH 100 mm' "${post_with[@]}" --tool-length 66
 # A ring in X and Y as straight moves: three arcs, and the same ring back from the program.
 ring() {
