@@ -1,7 +1,12 @@
 #include "daemon/plan/operation_plan.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <string_view>
+#include <utility>
 
 #include "config/avoided_faces.h"
 #include "config/fixture_meshes.h"
@@ -16,6 +21,9 @@
 
 namespace tiltfeed::daemon {
 namespace {
+
+/// Words further beside a move than this are not of it: under TCP blocks are joined. mm and degrees.
+constexpr double kOffItsMove = 2.0;
 
 /// Also gives the program's words the decimals that the tolerance needs.
 JointPathOptions joint_options(config::Job& job, const pathgen::Mesh& part) {
@@ -89,7 +97,9 @@ void OperationPlan::put_end_ways(const pathgen::Mesh& held) {
 Result<void> OperationPlan::find_joints() {
   if (joints_known_) return {};
   take_end_ways();
+  take_links();
   if (!bend_) bend_ = clock_.time("pole", [&] { return bend_near_singularity(job_, *part_, planned_.path); });
+  put_links();
   const pathgen::Mesh& held = held_ ? *held_ : part_->mesh;
   const bool asked = job_.machine.format.tilted_planes;
   const auto ways = asked ? axis_runs(planned_.path) : std::nullopt;
@@ -116,10 +126,85 @@ Result<void> OperationPlan::find_joints() {
   return {};
 }
 
+void OperationPlan::take_links() {
+  if (!base_ || longer_ == 0.0) return;
+  planned_.path = *base_;
+  planned_.report.rapid_length -= std::exchange(longer_, 0.0);
+}
+
+void OperationPlan::put_links() {
+  limited_.reset();
+  if (!base_) base_ = planned_.path, links_.assign(link_ways(*base_).size(), 0);
+  if (std::all_of(links_.begin(), links_.end(), [](std::size_t choice) { return choice == 0; })) return;
+  planned_.path = with_links(*base_, links_);
+  longer_ = rapid_length(planned_.path) - rapid_length(*base_);
+  planned_.report.rapid_length += longer_;
+}
+
+/// A limit that stands at a link's move ("move 12, ..."): the way is chosen anew, or the program refused.
+void OperationPlan::note_limit(const Error& error, const ToolPath& path) {
+  constexpr std::string_view kMove = "move ";
+  if (error.code != Code::kLimit || !error.message.starts_with(kMove)) return;
+  const std::size_t move = std::strtoull(error.message.c_str() + kMove.size(), nullptr, 10);
+  const std::vector<LinkWay> ways = link_ways(path);
+  for (std::size_t i = 0; i < ways.size(); ++i)
+    if (ways[i].has(move)) limited_ = i;
+}
+
+std::optional<std::size_t> OperationPlan::link_at(const Joints& words, bool rapid) const {
+  const std::vector<JointMove>& moves = joints_.moves;
+  const std::vector<LinkWay> ways = link_ways(block_path());
+  const Joints up{0, 0, job_.machine.model.z.max, 0, 0};
+  // How far beside a move they are, mm and degrees; whole turns are none.
+  const auto off = [&](const Joints& p, const Joints& q) {
+    const auto turned = [](double word, double from, double to) {
+      return std::remainder(word - 0.5 * (from + to), 360.0) + 0.5 * (to - from);
+    };
+    const std::array<double, 5> way{q.x - p.x, q.y - p.y, q.z - p.z, q.a - p.a, q.c - p.c},
+        at{words.x - p.x, words.y - p.y, words.z - p.z, turned(words.a, p.a, q.a), turned(words.c, p.c, q.c)};
+    double square = 0.0, along = 0.0, least = 0.0;
+    for (std::size_t i = 0; i < way.size(); ++i) square += way[i] * way[i], along += way[i] * at[i];
+    const double share = square > 0.0 ? std::clamp(along / square, 0.0, 1.0) : 0.0;
+    for (std::size_t i = 0; i < way.size(); ++i) least = std::max(least, std::abs(at[i] - share * way[i]));
+    return least;
+  };
+  const auto raised = [&](Joints at) { return at.z = up.z, at; };
+  std::size_t best = 0;
+  double least = off(raised(moves.front().joints), moves.front().joints);
+  const auto take = [&](std::size_t move, double apart) {
+    if (apart < least) least = apart, best = move;
+  };
+  take(block_path().moves.size(), off(moves.back().joints, raised(moves.back().joints)));
+  for (std::size_t i = 1; i < moves.size(); ++i)
+    if ((moves[i].kind == MoveKind::kRapid) == rapid)
+      take(moves[i].move, off(moves[i - 1].joints, moves[i].joints));
+  if (least > kOffItsMove) return std::nullopt;
+  if (best == 0) return 0;
+  if (best == block_path().moves.size()) return ways.size() - 1;
+  for (std::size_t i = 0; i < ways.size(); ++i)
+    if (ways[i].has(best)) return i;
+  return std::nullopt;
+}
+
+std::size_t OperationPlan::link_near(Point<Part> tip) const {
+  const std::vector<Move>& moves = block_path().moves;
+  const std::vector<LinkWay> ways = link_ways(block_path());
+  std::size_t best = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < ways.size(); ++i)
+    for (std::size_t k = std::max<std::size_t>(ways[i].first, 1); k < ways[i].last; ++k) {
+      const double apart = distance_to_segment(tip, moves[k - 1].pose.tip, moves[k].pose.tip);
+      if (apart < least) least = apart, best = i;
+    }
+  return best;
+}
+
 Result<JointPath> OperationPlan::joints_of(ToolPath& path, const JointPathOptions& options) {
   if (!told_.show("joints", 0.0)) return fail(Code::kCancelled, "cancelled; nothing was written");
-  return to_joints(path, job_.machine.model, job_.setup, options,
-                   [&](double f) { return told_.show("joints", f); });
+  auto joints = to_joints(path, job_.machine.model, job_.setup, options,
+                          [&](double f) { return told_.show("joints", f); });
+  if (!joints && runs_.empty()) note_limit(joints.error(), path);
+  return joints;
 }
 
 Result<void> OperationPlan::find_path_joints(const pathgen::Mesh& held, const JointPathOptions& options) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "config/job.h"
+#include "daemon/plan/link_choice.h"
 #include "daemon/plan/stage_clock.h"
 #include "daemon/plan/start_turn.h"
 #include "daemon/post/block.h"
@@ -39,8 +40,23 @@ class OperationPlan {
 
   /// On which side of home the tilt leans most, -1 or 1; 0: it stands at home.
   int tilt_side() const;
-  /// The joints are to be found with the tilt on the other side than the one where it leans most.
-  void turn_tilt_over() { job_.machine.model.preferred_tilt = -tilt_side(), joints_known_ = false; }
+  /// The joints are to be found with the tilt on this side of home, as far as it can be.
+  void prefer_tilt(int side) { job_.machine.model.preferred_tilt = side, joints_known_ = false; }
+  int preferred_tilt() const { return job_.machine.model.preferred_tilt; }
+
+  /// How each link goes, by index into kLinkChoices; empty before find_joints().
+  const std::vector<std::size_t>& link_choices() const { return links_; }
+  /// The joints are to be found anew with these. Requires: as many as link_choices().
+  void choose_links(std::vector<std::size_t> choices) { links_ = std::move(choices), joints_known_ = false; }
+  /// The path whose links these are: as planned, without the ways at its ends.
+  const ToolPath& planned_links() const { return *base_; }
+  /// The link in which the axes come by these words, in a rapid or not; nothing: no link's move does, as a
+  /// cut does, or the way to where TCP begins. Requires: joints.
+  std::optional<std::size_t> link_at(const Joints& words, bool rapid) const;
+  /// The link that comes nearest to a place of the tip.
+  std::size_t link_near(Point<Part> tip) const;
+  /// The link whose new way find_joints() has refused at last for a limit of an axis.
+  std::optional<std::size_t> limited_link() const { return limited_; }
 
   const config::Job& job() const { return job_; }
   const pathgen::CheckedMesh& part() const { return *part_; }
@@ -59,6 +75,9 @@ class OperationPlan {
  private:
   void take_end_ways();
   void put_end_ways(const pathgen::Mesh& held);
+  void take_links();
+  void put_links();
+  void note_limit(const Error& error, const ToolPath& path);
   Result<JointPath> joints_of(ToolPath& path, const JointPathOptions& options);
   Result<void> find_path_joints(const pathgen::Mesh& held, const JointPathOptions& options);
   Result<void> find_plane_joints(const std::vector<AxisRun>& ways, const pathgen::Mesh& held,
@@ -77,6 +96,10 @@ class OperationPlan {
   };
   EndWays ends_;  ///< of planned_.path, in it
   std::optional<SingularityBendReport> bend_;
+  std::optional<ToolPath> base_;    ///< planned_.path before with_links()
+  std::vector<std::size_t> links_;  ///< of its links
+  double longer_ = 0.0;             ///< what they add to the rapids, mm
+  std::optional<std::size_t> limited_;
   JointPath joints_;
   bool joints_known_ = false;
   std::vector<AxisRun> runs_;  ///< of joints_, each in a tilted plane; empty: the program is in none

@@ -11,6 +11,7 @@
 
 #include "config/job_inputs.h"
 #include "config/part_reading.h"
+#include "daemon/plan/avoidance.h"
 #include "daemon/plan/header_figures.h"
 #include "daemon/plan/operation_plan.h"
 #include "daemon/plan/part_size.h"
@@ -77,6 +78,7 @@ class Planning {
   std::vector<ShortenedOperation> shortened_;  ///< by operation; empty: not asked
   ProgramReport program_;
   std::optional<ProofFigures> proof_;
+  std::optional<Avoidance> avoidance_;
   std::vector<config::OutputFile> outputs_;  ///< the program first
   std::optional<ProofProcess> prover_;
   std::string what_was_done_;
@@ -174,39 +176,20 @@ Result<void> Planning::shorten_operations() {
   return {};
 }
 
-/// Joints, text and proof. Where bodies of the machine come too near to the part or to fixtures the tilt may
-/// stand on its other side: the tool goes the same way, the head and the table are turned round it.
+/// Joints, text and proof. Where bodies come too near to each other it is planned anew.
 Result<void> Planning::program() {
   const auto once = [&]() -> Result<void> {
+    outputs_.clear();
+    prover_.reset();
     for (const auto stage :
          {&Planning::open_program, &Planning::find_joints, &Planning::write, &Planning::prove})
       if (auto done = (this->*stage)(); !done) return done;
     return {};
   };
-  const auto sides = [&] {
-    std::vector<int> all;
-    for (const auto& one : operations_) all.push_back(one->tilt_side());
-    return all;
-  };
-  auto first = once();
-  const std::vector<int> before = sides();
-  const std::string collision = prover_ ? prover_->collision() : "";
-  const bool may = std::any_of(before.begin(), before.end(), [](int side) { return side != 0; }) &&
-                   std::none_of(operations_.begin(), operations_.end(),
-                                [](const auto& one) { return one->joints().report.reconfigurations > 0; });
-  if (first || collision.empty() || !may) return first;
-  outputs_.clear();
-  prover_.reset();
-  for (const auto& one : operations_)
-    if (one->tilt_side() != 0) one->turn_tilt_over();
-  told_.say("bodies come too near to each other; the tilt is tried on its other side");
-  const auto second = once();
-  if (!second) return second.error().code == Code::kCancelled ? second : first;
-  if (sides() == before) return first;
-  operations_.front()->warn(
-      "the tilt stands on its other side. On the side that was taken first these come too near: " +
-      collision);
-  return {};
+  const auto done =
+      avoid_collisions(operations_, {once, [&] { return prover_ ? &*prover_ : nullptr; }}, told_, avoidance_);
+  if (done && avoidance_) operations_.front()->warn(avoidance_text(*avoidance_));
+  return done;
 }
 
 /// The prover takes in the part while joints are found and blocks are printed.
@@ -319,6 +302,7 @@ Result<void> Planning::report() {
                       timing_,
                       starved(timing_, job().machine, program_),
                       proof_,
+                      avoidance_,
                       shortened_,
                       clock_.times,
                       seconds(usage.ru_utime) + seconds(usage.ru_stime) + seconds(proof_usage.ru_utime) +

@@ -201,6 +201,23 @@ nlohmann::ordered_json operation_json(const OperationPlan& one) {
   return json;
 }
 
+/// What was changed to keep bodies apart; null: nothing.
+nlohmann::ordered_json avoidance_json(const PlanOutcome& o) {
+  if (!o.avoidance) return nullptr;
+  nlohmann::ordered_json json = {{"collision", o.avoidance->collision},
+                                 {"tilt_on_other_side", o.avoidance->other_side},
+                                 {"attempts", o.avoidance->attempts},
+                                 {"links", nlohmann::ordered_json::array()}};
+  constexpr std::array kTurns{"on_the_way", "behind", "before"};
+  for (const AvoidedLink& one : o.avoidance->links)
+    json["links"].push_back({{"operation", one.operation},
+                             {"link", one.link},
+                             {"higher_mm", one.choice.higher},
+                             {"at_feed", one.choice.at_feed},
+                             {"turn", kTurns[static_cast<std::size_t>(one.choice.turn)]}});
+  return json;
+}
+
 }  // namespace
 
 std::string report_json(const PlanOutcome& o) {
@@ -232,6 +249,7 @@ std::string report_json(const PlanOutcome& o) {
   if (o.proof)
     json["proof"] = {
         {"moves", o.proof->moves}, {"largest_gouge_mm", o.proof->gouge}, {"collisions", o.proof->collisions}};
+  json["avoidance"] = avoidance_json(o);
   json["defects"] = nlohmann::ordered_json::array();
   for (const pathgen::Defect& d : o.part.defects)
     json["defects"].push_back({{"kind", to_string(d.kind)}, {"count", d.count}, {"first", d.first}});

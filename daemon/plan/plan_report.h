@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/plan/avoidance.h"
 #include "daemon/plan/operation_plan.h"
 #include "daemon/plan/proof_process.h"
 #include "daemon/post/block.h"
@@ -29,6 +30,7 @@ struct PlanOutcome {
   const Timing& timing;  ///< of all operations
   Starvation starved;
   std::optional<ProofFigures> proof;          ///< nothing: --no-proof
+  std::optional<Avoidance> avoidance;         ///< nothing: the first program was proven, or none asked
   std::vector<ShortenedOperation> shortened;  ///< by operation; empty: not asked
   std::vector<pathgen::StageTime> times;      ///< of all stages, in order
   double cpu_seconds = 0.0;

@@ -73,7 +73,9 @@ ProofProcess::ProofProcess(ProofProcess&& other) noexcept
     : pid_(std::exchange(other.pid_, -1)),
       tell_(std::exchange(other.tell_, -1)),
       hear_(std::exchange(other.hear_, -1)),
-      collision_(std::move(other.collision_)) {}
+      collision_(std::move(other.collision_)),
+      places_(std::move(other.places_)),
+      gouge_(other.gouge_) {}
 
 ProofProcess::~ProofProcess() {
   close_all({tell_, hear_});
@@ -81,6 +83,27 @@ ProofProcess::~ProofProcess() {
   ::kill(pid_, SIGKILL);
   while (::waitpid(pid_, nullptr, 0) < 0 && errno == EINTR) {
   }
+}
+
+/// "place OPERATION RAPID LINE X Y Z A C BODIES", "gouge OPERATION RAPID X Y Z".
+bool ProofProcess::take_place(const std::string& line) {
+  CollisionFound place;
+  GougeFound gouge;
+  int rapid = 0, read = 0;
+  Joints& at = place.words;
+  if (std::sscanf(line.c_str(), "place %zu %d %u %lf %lf %lf %lf %lf %n", &place.operation, &rapid,
+                  &place.line, &at.x, &at.y, &at.z, &at.a, &at.c, &read) == 8) {
+    place.rapid = rapid != 0;
+    place.bodies = line.substr(static_cast<std::size_t>(read));
+    places_.push_back(std::move(place));
+    return true;
+  }
+  if (std::sscanf(line.c_str(), "gouge %zu %d %lf %lf %lf", &gouge.operation, &rapid, &gouge.tip.x,
+                  &gouge.tip.y, &gouge.tip.z) != 5)
+    return false;
+  gouge.rapid = rapid != 0;
+  gouge_ = gouge;
+  return true;
 }
 
 /// All that it says but its progress, when it has ended.
@@ -102,7 +125,7 @@ Result<std::string> ProofProcess::listen(const StageProgress& progress) {
       rest.erase(0, end + 1);
       if (line.starts_with(kProgress))
         share = std::strtod(line.c_str() + kProgress.size(), nullptr);
-      else
+      else if (!take_place(line))
         said += (said.empty() ? "" : "\n") + line;
     }
   }

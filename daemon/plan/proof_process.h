@@ -3,8 +3,11 @@
 // so that what judges a program shares neither planner nor post with what made it.
 
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <vector>
 
+#include "kinematics/basics/geometry.h"
 #include "kinematics/basics/result.h"
 #include "kinematics/joints/joint_path.h"
 
@@ -20,6 +23,22 @@ struct ProofFigures {
   std::uint64_t moves = 0;
   double gouge = 0.0;      ///< the tool comes nowhere deeper into the part, mm
   std::string collisions;  ///< what was checked for collisions, and what not
+};
+
+/// Where two bodies come too near to each other.
+struct CollisionFound {
+  std::size_t operation = 0;  ///< of the program, from 0
+  bool rapid = false;
+  unsigned line = 0;   ///< of the program's text
+  Joints words;        ///< of slides and rotaries
+  std::string bodies;  ///< their names
+};
+
+/// The deepest gouge.
+struct GougeFound {
+  std::size_t operation = 0;
+  bool rapid = false;
+  Point<Part> tip;
 };
 
 class ProofProcess {
@@ -38,12 +57,19 @@ class ProofProcess {
   /// Where finish() has failed for bodies that come too near to each other, not for a gouge or a word: the
   /// first place in words. Else empty.
   const std::string& collision() const { return collision_; }
+  /// All places that are known then; those of one pair of bodies are kMostTold at most.
+  const std::vector<CollisionFound>& places() const { return places_; }
+  static constexpr std::size_t kMostTold = 20;
+  const std::optional<GougeFound>& gouge() const { return gouge_; }
 
  private:
   ProofProcess(int pid, int tell, int hear) : pid_(pid), tell_(tell), hear_(hear) {}
   Result<std::string> listen(const StageProgress& progress);
+  bool take_place(const std::string& line);
   int pid_ = -1, tell_ = -1, hear_ = -1;
   std::string collision_;
+  std::vector<CollisionFound> places_;
+  std::optional<GougeFound> gouge_;
 };
 
 }  // namespace tiltfeed::daemon

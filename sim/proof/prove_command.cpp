@@ -111,6 +111,18 @@ Result<void> draw(std::istream& in, const std::string& name, std::span<const con
   return draw_part_with_path(mesh, *path, png, options);
 }
 
+/// For the planner: where bodies come too near, and the deepest gouge.
+void tell_places(const ProgramProof& proven) {
+  for (const CollisionPlace& p : proven.collisions.places)
+    std::printf("place %zu %d %u %.6f %.6f %.6f %.6f %.6f %s and %s\n", proven.colliding, p.rapid ? 1 : 0,
+                p.line, p.words[0], p.words[1], p.words[2], p.words[kTiltAxis], p.words[kRotaryAxis],
+                p.first.c_str(), p.second.c_str());
+  if (const auto& gouge = proven.proof.deepest)
+    std::printf("gouge %zu %d %.6f %.6f %.6f\n", proven.gouging, gouge->rapid ? 1 : 0, gouge->pose.tip.x,
+                gouge->pose.tip.y, gouge->pose.tip.z);
+  std::fflush(stdout);
+}
+
 }  // namespace
 
 int prove_command(const ProveOptions& options) {
@@ -155,6 +167,7 @@ int prove_command(const ProveOptions& options) {
                                     [&](double share) { return show(kReady + (1.0 - kReady) * share); });
   if (!proven) return report(proven.error());
   const auto& gouge = proven->proof.deepest;
+  if (options.told && (gouge || !proven->collisions.places.empty())) tell_places(*proven);
   if (!gouge && !proven->collisions.places.empty())
     return report({Code::kInput, checks[proven->colliding].text(proven->collisions, name)});
   if (!gouge) {

@@ -17,6 +17,13 @@ const std::string kTilt = "guards: {shank: {reaction: tilt}, holder: {clearance_
 const std::string kLine = "{mode: line, sense: outward, origin_mm: [0, 0, 0], t: [0, 0, 1], n: [0, 1, 0]}";
 const std::string kPoint =
     "{mode: point, sense: inward, origin_mm: [0, 0, 120], n: [0, 0, -1], t: [1, 0, 0]}";
+const std::string kWide = "containment: {boundary: [[-17, -12], [17, -12], [17, 12], [-17, 12]]}\n";
+const std::string kBall = "type: ball, diameter_mm: 6";
+
+std::string circle(const std::string& sense, int height, int radius) {
+  return "{mode: circle, sense: " + sense + ", origin_mm: [0, 0, " + std::to_string(height) +
+         "], n: [0, 1, 0], t: [1, 0, 0], circle_radius_mm: " + std::to_string(radius) + "}";
+}
 const std::string kFree = "{mode: free, plane_normals: [[1, 0, 0]], max_turn_deg_per_mm: 5}";
 const std::string kIndexed = "{mode: indexed, most_directions: 3}";
 
@@ -95,6 +102,37 @@ std::vector<HeldCase> cases() {
         {box_fixture("clamp a", "10, 12, 8", "-18, -12, 12.5")},
         "{kind: z_level, step_down_mm: 5}"},
        {"clamp a"},
+       ""},
+      {{"split",
+        "hill",
+        kFixed,
+        {box_fixture("clamp a", "10, 12, 8", "-18, -12, 12.5")},
+        "{kind: split, along: x, side_step_mm: 3, step_down_mm: 3}"},
+       {"clamp a"},
+       ""},
+      {{"contour",
+        "hill",
+        kFixed,
+        {box_fixture("clamp a", "10, 12, 8", "-18, -12, 12.5")},
+        "{kind: contour, side_step_mm: 3}",
+        kBall,
+        kWide},
+       {"clamp a"},
+       ""},
+      {{"spiral",
+        "hill",
+        kFixed,
+        {box_fixture("clamp a", "10, 12, 8", "-18, -12, 12.5")},
+        "{kind: spiral, side_step_mm: 3}",
+        kBall,
+        kWide},
+       {"clamp a"},
+       ""},
+      {{"vice_circle", "hill", circle("inward", 80, 30), vice(16)}, {"left jaw", "right jaw"}, ""},
+      {{"vice_circle_out", "hill", circle("outward", -40, 60), vice(16)}, {"left jaw", "right jaw"}, ""},
+      {{"vice_line_in", "hill",
+        "{mode: line, sense: inward, origin_mm: [0, 0, 90], n: [0, 0, -1], t: [1, 0, 0]}", vice(16)},
+       {"left jaw", "right jaw"},
        ""},
       {{"rough",
         "hill",

@@ -1,0 +1,226 @@
+#include "daemon/plan/avoidance.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "kinematics/basics/decimal.h"
+
+namespace tiltfeed::daemon {
+namespace {
+
+using Operations = std::vector<std::unique_ptr<OperationPlan>>;
+
+/// How the operations are planned.
+struct Variant {
+  std::vector<int> tilts;                         ///< preferred, by operation
+  std::vector<std::vector<std::size_t>> choices;  ///< of their links
+};
+
+class Attempts {
+ public:
+  Attempts(const Operations& operations, const AvoidanceCalls& calls, const PlanListener& told)
+      : operations_(operations), calls_(calls), told_(told) {}
+  Result<void> run(std::optional<Avoidance>& avoidance);
+
+ private:
+  Result<void> attempt(const Variant& variant, const char* said);
+  std::optional<Variant> other_tilt() const;
+  Variant chosen() const;
+  bool may_change() const;
+  std::vector<int> sides() const;
+  std::string why(const Result<void>& failed) const;
+  Result<void> try_links(std::optional<Variant> next);
+  std::optional<Variant> other_links();
+  std::optional<Variant> other_links(std::size_t operation, const std::vector<std::size_t>& links, bool all);
+  std::string what_was_tried() const;
+
+  const Operations& operations_;
+  const AvoidanceCalls& calls_;
+  const PlanListener& told_;
+  std::size_t attempts_ = 0;
+  std::string turned_, linked_;  ///< why these did not serve; empty: they were not tried
+  std::string cut_;              ///< a collision that is in no link
+};
+
+Result<void> Attempts::attempt(const Variant& variant, const char* said) {
+  told_.say(std::string("bodies come too near to each other; ") + said);
+  for (std::size_t i = 0; i < operations_.size(); ++i) {
+    operations_[i]->prefer_tilt(variant.tilts[i]);
+    operations_[i]->choose_links(variant.choices[i]);
+  }
+  ++attempts_;
+  return calls_.once();
+}
+
+Variant Attempts::chosen() const {
+  Variant now;
+  for (const auto& one : operations_) {
+    now.tilts.push_back(one->preferred_tilt());
+    now.choices.push_back(one->link_choices());
+  }
+  return now;
+}
+
+/// Nothing where no tilt leans.
+std::optional<Variant> Attempts::other_tilt() const {
+  Variant other = chosen();
+  bool leans = false;
+  for (std::size_t i = 0; i < operations_.size(); ++i)
+    if (const int side = operations_[i]->tilt_side(); side != 0) other.tilts[i] = -side, leans = true;
+  return leans ? std::optional(other) : std::nullopt;
+}
+
+/// Where the tool is taken off to turn a rotary, the ways are made with the joints.
+bool Attempts::may_change() const {
+  return std::none_of(operations_.begin(), operations_.end(),
+                      [](const auto& one) { return one->joints().report.reconfigurations > 0; });
+}
+
+std::vector<int> Attempts::sides() const {
+  std::vector<int> all;
+  for (const auto& one : operations_) all.push_back(one->tilt_side());
+  return all;
+}
+
+std::string Attempts::why(const Result<void>& failed) const {
+  const ProofProcess* const prover = calls_.prover();
+  const bool collides = prover != nullptr && !prover->collision().empty();
+  const std::string& text = collides ? prover->collision() : failed.error().message;
+  return text.substr(0, text.find(';'));  // without the worst place, or what to do
+}
+
+/// The next choice that makes another way; false: there is none.
+bool next_choice(const OperationPlan& plan, std::vector<std::size_t>& choices, std::size_t link) {
+  std::size_t& choice = choices[link];
+  while (++choice < kLinkChoices.size())
+    if (differs(plan.planned_links(), link, choice)) return true;
+  return false;
+}
+
+/// `all`: more links may collide than are told, so that none stays behind these.
+std::optional<Variant> Attempts::other_links(std::size_t operation, const std::vector<std::size_t>& links,
+                                             bool all) {
+  const OperationPlan& plan = *operations_[operation];
+  Variant next = chosen();
+  std::vector<std::size_t>& choices = next.choices[operation];
+  std::size_t most = 0;
+  for (const std::size_t link : links) {
+    if (!next_choice(plan, choices, link)) return std::nullopt;
+    most = std::max(most, choices[link]);
+  }
+  for (std::size_t i = 0; all && i < choices.size(); ++i) {
+    const std::size_t before = choices[i];
+    while (choices[i] < most && next_choice(plan, choices, i)) continue;
+    if (choices[i] >= kLinkChoices.size()) choices[i] = before;
+  }
+  return next;
+}
+
+/// Other ways for the links that the last attempt failed at. Nothing: it did not fail at links, or there are
+/// none left.
+std::optional<Variant> Attempts::other_links() {
+  if (!may_change()) return std::nullopt;
+  for (std::size_t i = 0; i < operations_.size(); ++i)
+    if (const auto limited = operations_[i]->limited_link()) return other_links(i, {*limited}, false);
+  const ProofProcess* const prover = calls_.prover();
+  if (prover == nullptr) return std::nullopt;
+  if (const auto& gouge = prover->gouge(); gouge && gouge->operation < operations_.size())
+    return other_links(gouge->operation, {operations_[gouge->operation]->link_near(gouge->tip)}, false);
+  const std::vector<CollisionFound>& places = prover->places();
+  if (places.empty() || places.front().operation >= operations_.size()) return std::nullopt;
+  const std::size_t operation = places.front().operation;
+  std::vector<std::size_t> links;
+  for (const CollisionFound& place : places) {
+    const auto link = operations_[operation]->link_at(place.words, place.rapid);
+    if (!link) {
+      cut_ = "line " + std::to_string(place.line) + ": " + place.bodies;
+      return std::nullopt;
+    }
+    if (std::find(links.begin(), links.end(), *link) == links.end()) links.push_back(*link);
+  }
+  return other_links(operation, links, places.size() >= ProofProcess::kMostTold);
+}
+
+/// From `next` on, until one is proven, or no other way is left.
+Result<void> Attempts::try_links(std::optional<Variant> next) {
+  Result<void> done = fail(Code::kInput, "");
+  for (std::size_t i = 0; next && i < kMostLinkAttempts; ++i) {
+    done = attempt(*next, "rapids between the cuts are tried on other ways");
+    if (done || done.error().code == Code::kCancelled) return done;
+    linked_ = why(done);
+    next = other_links();
+  }
+  return done;
+}
+
+std::string Attempts::what_was_tried() const {
+  std::string text;
+  const auto add = [&](const std::string& what) { text += (text.empty() ? "; tried, too: " : "; ") + what; };
+  if (!turned_.empty()) add("the tilt on its other side (" + turned_ + ")");
+  if (!linked_.empty())
+    add("rapids between the cuts higher by up to " + decimal(kLinkChoices.back().higher, 0) +
+        " mm along the tool, turning on the way, behind it and before it (at last: " + linked_ + ")");
+  if (!cut_.empty()) text += "; no other rapid between cuts helps at " + cut_;
+  return text;
+}
+
+Result<void> Attempts::run(std::optional<Avoidance>& avoidance) {
+  const Result<void> first = calls_.once();
+  const ProofProcess* const prover = calls_.prover();
+  const std::string collision = first || prover == nullptr ? "" : prover->collision();
+  if (first || collision.empty() || !may_change()) return first;
+  const std::vector<int> before = sides();
+  const auto over = other_tilt();
+  const auto links = other_links();
+  Result<void> done = first;
+  const auto settled = [&] { return done || done.error().code == Code::kCancelled; };
+  bool turned = false;
+  std::optional<Variant> links_over;
+  if (over) {
+    done = attempt(*over, "the tilt is tried on its other side");
+    // The same sides again are the same program.
+    turned = sides() != before;
+    if (!done && done.error().code == Code::kCancelled) return done;
+    if (!done && turned) turned_ = why(done), links_over = other_links();
+    if (done && !turned) done = first;
+  }
+  if (!settled() && links) done = try_links(links), turned = false;
+  if (!settled() && links_over) done = try_links(links_over), turned = true;
+  if (!done && done.error().code == Code::kCancelled) return done;
+  if (!done) return fail(first.error().code, first.error().message + what_was_tried());
+  avoidance = Avoidance{collision, turned, {}, attempts_};
+  for (const auto& one : operations_)
+    for (std::size_t i = 0; i < one->link_choices().size(); ++i)
+      if (const std::size_t choice = one->link_choices()[i]; choice > 0)
+        avoidance->links.push_back({one->job().operation.name, i, kLinkChoices[choice]});
+  return done;
+}
+
+}  // namespace
+
+std::string avoidance_text(const Avoidance& avoidance) {
+  std::string text;
+  if (avoidance.other_side)
+    text += "the tilt stands on its other side. On the side that was taken first these come too near: ";
+  if (!avoidance.links.empty()) {
+    double most = 0.0;
+    std::size_t turns = 0;
+    for (const AvoidedLink& one : avoidance.links) {
+      most = std::max(most, one.choice.higher);
+      turns += one.choice.turn != LinkTurn::kOnTheWay;
+    }
+    const std::size_t count = avoidance.links.size();
+    const std::string ways = std::to_string(count) + (count == 1 ? " rapid way goes" : " rapid ways go") +
+                             " higher along the tool, by up to " + decimal(most, 0) + " mm" +
+                             (turns == 0 ? "" : ", " + std::to_string(turns) + " turning over a cut");
+    text = text.empty() ? ways + ". As planned first these come too near: " : ways + ", and " + text;
+  }
+  return text + avoidance.collision;
+}
+
+Result<void> avoid_collisions(const Operations& operations, const AvoidanceCalls& calls,
+                              const PlanListener& told, std::optional<Avoidance>& avoidance) {
+  return Attempts(operations, calls, told).run(avoidance);
+}
+
+}  // namespace tiltfeed::daemon
