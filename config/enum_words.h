@@ -24,7 +24,8 @@ inline constexpr Words<pathgen::Sense> kSenseWords = {{"outward", pathgen::Sense
 inline constexpr Words<pathgen::PatternKind> kKindWords = {
     {"raster", pathgen::PatternKind::kRaster}, {"z_level", pathgen::PatternKind::kZLevel},
     {"split", pathgen::PatternKind::kSplit},   {"contour", pathgen::PatternKind::kContour},
-    {"spiral", pathgen::PatternKind::kSpiral}, {"rough", pathgen::PatternKind::kRough}};
+    {"spiral", pathgen::PatternKind::kSpiral}, {"rough", pathgen::PatternKind::kRough},
+    {"pencil", pathgen::PatternKind::kPencil}};
 inline constexpr Words<pathgen::Along> kAlongWords = {{"x", pathgen::Along::kX}, {"y", pathgen::Along::kY}};
 inline constexpr Words<pathgen::Direction> kDirectionWords = {{"one_way", pathgen::Direction::kOneWay},
                                                               {"zigzag", pathgen::Direction::kZigzag}};

@@ -79,6 +79,7 @@ void describe_pattern(Description& out, const pathgen::Pattern& pattern, pathgen
   if (uses("step_down_mm")) out.add("pattern.step_down_mm", pattern.step_down);
   if (uses("milling")) out.add("pattern.milling", word(kMillingWords, pattern.climb));
   if (uses("split_slope_deg")) out.add("pattern.split_slope_deg", pattern.split_slope);
+  if (uses("crease_angle_deg")) out.add("pattern.crease_angle_deg", pattern.crease_angle);
 }
 
 /// A coordinate of the axis line as the job file has it.

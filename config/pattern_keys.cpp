@@ -13,6 +13,7 @@ constexpr Range kStep = above(0.0, 1000.0);   // mm
 constexpr Range kScallop = above(0.0, 10.0);  // mm
 constexpr Range kTurn{-180.0, 180.0};         // degrees
 constexpr Range kSlope = between(0.0, 90.0);  // degrees
+constexpr Range kCrease{1.0, 90.0};           // degrees
 
 /// A key that not every kind has.
 struct KindKey {
@@ -33,6 +34,7 @@ const std::vector<KindKey>& kind_keys() {
       {"step_down_mm", {kZLevel, kSplit, kRough}},
       {"milling", {kZLevel, kSplit, kContour, kSpiral}},
       {"split_slope_deg", {kSplit}},
+      {"crease_angle_deg", {kPencil}},
   };
   return keys;
 }
@@ -82,9 +84,9 @@ bool uses_key(pathgen::PatternKind kind, const std::string& key) {
 }
 
 pathgen::Pattern read_pattern(const Section& root, const pathgen::PlanOptions& plan) {
-  const Section section =
-      root.section("pattern", {"kind", "along", "angle_deg", "direction", "measure", "side_step_mm",
-                               "scallop_mm", "step_down_mm", "milling", "split_slope_deg"});
+  const Section section = root.section(
+      "pattern", {"kind", "along", "angle_deg", "direction", "measure", "side_step_mm", "scallop_mm",
+                  "step_down_mm", "milling", "split_slope_deg", "crease_angle_deg"});
   pathgen::Pattern pattern;
   pattern.kind = section.choice<pathgen::PatternKind>("kind", kKindWords, pattern.kind);
   refuse_unused(section, pattern.kind);
@@ -98,9 +100,9 @@ pathgen::Pattern read_pattern(const Section& root, const pathgen::PlanOptions& p
       section.unused(
           key, "in the axis mode free, where passes are where the planes of axis.plane_normals cut the part");
   }
-  const bool has_region = pattern.kind == pathgen::PatternKind::kContour ||
-                          pattern.kind == pathgen::PatternKind::kSpiral ||
-                          pattern.kind == pathgen::PatternKind::kRough;
+  const bool has_region =
+      pattern.kind == pathgen::PatternKind::kContour || pattern.kind == pathgen::PatternKind::kSpiral ||
+      pattern.kind == pathgen::PatternKind::kRough || pattern.kind == pathgen::PatternKind::kPencil;
   if (plan.axis.mode == pathgen::AxisMode::kIndexed && has_region)
     section.complain("kind", std::string(word(kKindWords, pattern.kind)) +
                                  " is not made in the axis mode indexed; expected raster, z_level or split");
@@ -113,6 +115,8 @@ pathgen::Pattern read_pattern(const Section& root, const pathgen::PlanOptions& p
   pattern.climb = section.choice<bool>("milling", kMillingWords, pattern.climb);
   pattern.split_slope =
       Angle::from_degrees(section.number("split_slope_deg", kSlope, tidy(pattern.split_slope.degrees())));
+  pattern.crease_angle =
+      Angle::from_degrees(section.number("crease_angle_deg", kCrease, tidy(pattern.crease_angle.degrees())));
   return pattern;
 }
 

@@ -351,7 +351,7 @@ std::string path_text(const OperationPlan& one) {
   const pathgen::BetweenPasses* between = plan.uncut     ? &plan.uncut->between
                                           : plan.between ? &*plan.between
                                                          : nullptr;
-  if (between != nullptr && between->area == 0.0)
+  if (between != nullptr && between->area == 0.0 && between->limit > 0.0)
     text += formatted("between passes at most %.4f mm are left; %.4f mm are asked, tolerance included\n",
                       between->most, between->limit);
   const SingularityBendReport& bend = one.bend();

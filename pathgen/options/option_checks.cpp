@@ -16,8 +16,9 @@ Result<void> check_options(const PlanOptions& o) {
   if (o.smoothing > 0.0 && (o.pattern.kind == PatternKind::kZLevel || o.pattern.kind == PatternKind::kRough))
     return fail(Code::kInput,
                 "points.smoothing_mm raises the tool out of corners: not on the levels of z_level and rough");
-  if (by_scallop || o.pattern.kind == PatternKind::kZLevel ? !(o.pattern.side_step >= 0.0)
-                                                           : !positive(o.pattern.side_step))
+  if (by_scallop || o.pattern.kind == PatternKind::kZLevel || o.pattern.kind == PatternKind::kPencil
+          ? !(o.pattern.side_step >= 0.0)
+          : !positive(o.pattern.side_step))
     return fail(Code::kInput, "pattern.side_step_mm must be a positive length");
   if (by_scallop && !positive(o.pattern.scallop))
     return fail(Code::kInput, "pattern.scallop_mm must be a positive length");

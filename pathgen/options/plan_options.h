@@ -23,7 +23,8 @@ enum class PatternKind {
   kSplit,    ///< z-level where the surface is steeper than split_slope, raster elsewhere
   kContour,  ///< contour-parallel: the region's border, moved inwards by side_step again and again
   kSpiral,   ///< the same as one unbroken spiral from the border to the middle
-  kRough     ///< raster layers from the stock down to the part, step_down apart
+  kRough,    ///< raster layers from the stock down to the part, step_down apart
+  kPencil    ///< along the creases of the CL surface, where the tool touches the part at two places
 };
 
 /// How the distance of neighbouring passes is measured.
@@ -44,6 +45,9 @@ struct Pattern {
   double step_down = 0.0;                         ///< mm of z'; z-level, split, rough
   bool climb = true;                              ///< z-level, contour, spiral: material right of the feed
   Angle split_slope = Angle::from_degrees(45.0);  ///< of the surface against the plane across the axis
+  /// Pencil: the least angle between the surface's normals on both sides of a crease. Facets of a round
+  /// hollow meet at less.
+  Angle crease_angle = Angle::from_degrees(10.0);
 };
 
 /// No limit where not set.

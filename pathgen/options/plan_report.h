@@ -48,7 +48,8 @@ struct RestFacet {
 
 /// What the passes leave between them of places that the tool reaches.
 struct BetweenPasses {
-  double limit = 0.0;              ///< what the job lets them leave, tolerance included, mm
+  /// What the job lets them leave, tolerance included, mm; 0: it does not say, and nothing is looked for.
+  double limit = 0.0;
   double most = 0.0;               ///< that they leave at most, mm; at least a quarter of the limit
   bool never = false;              ///< no pass comes near there, and `most` is only the least that is left
   std::uint32_t facet = kNoFacet;  ///< of the STL file, there

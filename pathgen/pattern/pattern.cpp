@@ -8,6 +8,7 @@
 #include "pathgen/envelope/thinning.h"
 #include "pathgen/options/side_step.h"
 #include "pathgen/pattern/contours.h"
+#include "pathgen/pattern/pencil.h"
 #include "pathgen/pattern/region_pattern.h"
 #include "pathgen/pattern/rough_layers.h"
 #include "pathgen/pattern/row_layout.h"
@@ -139,6 +140,18 @@ Result<Passes> trace_region(const ClField& field, const PlanOptions& options, co
   return within(std::move(*found), region, field, options, envelope, options.smoothing, steps, warnings);
 }
 
+/// Along the creases.
+Result<Passes> trace_pencil(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope,
+                            double thinning, const Progress& progress, std::vector<std::string>& warnings) {
+  const Region region(options.containment, field.deformation);
+  const Progress steps = in_order(progress, {"lines", "creases", "laid", "held"}, 0.0, 1.0);
+  auto found = pencil(field, region.within(field.bounds),
+                      contour_options(options, envelope, region, field.deformation), options.cutter.diameter,
+                      thinning, steps);
+  if (!found) return tl::unexpected(found.error());
+  return within(std::move(*found), region, field, options, envelope, options.smoothing, steps, warnings);
+}
+
 /// Layers from the top of the part, or of the containment, down.
 Result<Passes> trace_rough(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope,
                            const Progress& progress, std::vector<std::string>& warnings) {
@@ -183,6 +196,8 @@ Result<Passes> trace_pattern(const ClField& field, const PlanOptions& options,
       return trace_region(field, options, envelope, progress, warnings);
     case PatternKind::kRough:
       return trace_rough(field, options, envelope, progress, warnings);
+    case PatternKind::kPencil:
+      return trace_pencil(field, options, envelope, thinning, progress, warnings);
   }
   return fail(Code::kInput, "pattern.kind is unknown");
 }

@@ -42,10 +42,13 @@ double distance_to_piece(const ToolPiece& piece, double d, double h) {
   return std::hypot(std::max(d - piece.flat, 0.0), h) - piece.corner;
 }
 
+bool leaves_no_more(const PlanOptions& options) { return options.pattern.kind != PatternKind::kPencil; }
+
 double asked_height(const PlanOptions& options) {
   const Pattern& pattern = options.pattern;
   if (pattern.measure == StepMeasure::kScallop) return pattern.scallop;
   if (pattern.kind == PatternKind::kRough) return pattern.step_down;
+  if (!leaves_no_more(options)) return options.cutter.radius();
   const bool levels = pattern.kind == PatternKind::kZLevel || pattern.kind == PatternKind::kSplit;
   const double step = std::max(pattern.side_step, levels ? pattern.step_down : 0.0),
                radius = options.cutter.radius(), half = std::min(step / 2.0, radius);

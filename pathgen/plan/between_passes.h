@@ -15,9 +15,12 @@ namespace tiltfeed::pathgen {
 /// `h` over the ring centre.
 double distance_to_piece(const ToolPiece& piece, double d, double h);
 
+/// Does the job say what its passes may leave between them? Pencil passes are for the creases alone.
+bool leaves_no_more(const PlanOptions& options);
+
 /// What the job lets its passes leave between them, mm: its scallop; or what its step leaves on a plane,
 /// twice that where the step is measured on the part and four times where it is flat, for slopes and
-/// curvature.
+/// curvature. The cutter's radius where the job does not say.
 double asked_height(const PlanOptions& options);
 
 /// Less than this share of the limit need not be told exactly.

@@ -307,6 +307,7 @@ RestReport find_rest_material(const ClField& field, const PlanOptions& options,
   }
   report.between.never = report.between.most >= moves.farthest();
   report.between.most = std::max(report.between.most, kEnough * limit);
+  if (!leaves_no_more(options)) report.between = {};
   std::stable_sort(report.facets.begin(), report.facets.end(),
                    [](const RestFacet& a, const RestFacet& b) { return a.facet < b.facet; });
   return report;

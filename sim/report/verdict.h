@@ -43,7 +43,10 @@ std::string trouble_text(const Trouble& trouble);
 
 /// Share of the surface that is cut or could be; less is what rows leave at their ends.
 inline constexpr double kLeastRest = 0.002;
-/// What may be left where the job's passes lie side by side, mm.
+/// Does the operation cut all that it reaches? Not with pencil passes.
+bool asks_all(const pathgen::PlanOptions& plan);
+/// What may be left where the job's passes lie side by side, mm; the cutter's radius where it asks for less
+/// than all.
 double rest_limit(const pathgen::PlanOptions& plan);
 /// What failed and what is missing. Nothing touched at all fails, too.
 /// Properties: 1 A trouble of any kind fails. 2 A feed move that asks for more at the tip than any feed of

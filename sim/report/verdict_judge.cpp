@@ -4,6 +4,9 @@
 #include "sim/report/report.h"
 
 namespace tiltfeed::sim {
+
+bool asks_all(const pathgen::PlanOptions& plan) { return plan.pattern.kind != pathgen::PatternKind::kPencil; }
+
 namespace {
 
 /// What two neighbouring passes must leave between them on a plane, and for curvature and slopes twice that
@@ -11,6 +14,7 @@ namespace {
 double scallop(const pathgen::PlanOptions& plan) {
   if (plan.pattern.scallop > 0.0) return plan.pattern.scallop;
   const pathgen::Pattern& pattern = plan.pattern;
+  if (!asks_all(plan)) return plan.cutter.radius();
   // Layers of roughing leave terraces.
   if (pattern.kind == pathgen::PatternKind::kRough) return pattern.step_down;
   const bool levels =

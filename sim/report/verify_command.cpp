@@ -261,8 +261,9 @@ Result<void> Verification::verify(std::size_t operation) {
       film_ =
           StockFilm(Dexels(film_->lines()), film_->cell(), path.moves.front().start, path.moves.back().end);
   }
-  removal_.tolerance = job.plan.tolerance, removal_.rest_limit = rest_limit(job.plan);
-  Probes probes(part_->mesh, cell_, probe_reach(job, removal_.rest_limit));
+  removal_.tolerance = job.plan.tolerance,
+  removal_.rest_limit = asks_all(job.plan) ? rest_limit(job.plan) : -1.0;
+  Probes probes(part_->mesh, cell_, probe_reach(job, rest_limit(job.plan)));
   ProgramHeader header = moves_.header;
   if (several()) header.blocks = {}, header.seconds = {};
   const RemovalContext context{job,

@@ -111,7 +111,7 @@ void expect_cutter_in_range(const Cutter& cutter) {
 
 void expect_pattern_in_range(const Pattern& pattern) {
   using enum PatternKind;
-  const bool steps_aside = pattern.kind != kZLevel;
+  const bool steps_aside = pattern.kind != kZLevel && pattern.kind != kPencil;
   const bool steps_down = pattern.kind == kZLevel || pattern.kind == kSplit || pattern.kind == kRough;
   EXPECT_TRUE(pattern.side_step >= 0 && pattern.side_step <= 1000);
   EXPECT_EQ(pattern.side_step > 0 || pattern.scallop > 0, steps_aside);

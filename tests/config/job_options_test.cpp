@@ -72,6 +72,23 @@ TEST(JobOptions, ReadsEveryOptionOfThePattern) {
   EXPECT_EQ(surface.scallop, 0.0);
 }
 
+TEST(JobOptions, ReadsPencil) {
+  const auto pencil = [](const std::string& keys) {
+    return parse_job(replaced(kGoodJob, "along: y, direction: one_way, side_step_mm: 0.5", keys), kJobPath);
+  };
+  const auto plain = pencil("kind: pencil");
+  ASSERT_TRUE(plain) << plain.error().message;
+  EXPECT_EQ(plain->plan.pattern.kind, PatternKind::kPencil);
+  EXPECT_NEAR(plain->plan.pattern.crease_angle.degrees(), 10.0, 1e-12);
+  const auto wide = pencil("kind: pencil, crease_angle_deg: 25");
+  ASSERT_TRUE(wide) << wide.error().message;
+  EXPECT_NEAR(wide->plan.pattern.crease_angle.degrees(), 25.0, 1e-12);
+  EXPECT_NE(describe(*wide).find("\npattern.crease_angle_deg: 25\n"), std::string::npos);
+  EXPECT_FALSE(pencil("kind: pencil, crease_angle_deg: 0.5"));
+  EXPECT_FALSE(pencil("kind: pencil, side_step_mm: 0.5"));
+  EXPECT_FALSE(pencil("crease_angle_deg: 20, side_step_mm: 0.5"));
+}
+
 TEST(JobOptions, ReadsContainmentInTheModesOwnCoordinates) {
   const Containment point = with_options().plan.containment;
   EXPECT_EQ(point.first.low, -kPi);  // to the last digit: the seam belongs to it
