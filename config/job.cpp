@@ -115,9 +115,9 @@ namespace {
 Section root_of(const YamlNode& tree, Complaint& complaint) {
   return {tree,
           "",
-          {"part",    "cutter", "axis",     "pattern", "containment",  "tolerance_mm",   "allowance_mm",
-           "stock",   "points", "guards",   "links",   "clearance_mm", "approach_mm",    "feeds",
-           "program", "setup",  "fixtures", "machine", "operations",   "operation_order"},
+          {"part",         "cutter",  "axis",   "pattern",  "rest",    "containment",  "tolerance_mm",
+           "allowance_mm", "stock",   "points", "guards",   "links",   "clearance_mm", "approach_mm",
+           "feeds",        "program", "setup",  "fixtures", "machine", "operations",   "operation_order"},
           complaint};
 }
 
@@ -325,6 +325,12 @@ Result<std::vector<Job>> parse_operations(const std::string& text, const std::st
   Result<std::vector<Job>> jobs = parse_list(*tree, path, files, by_tool);
   if (!jobs) return jobs;
   if (by_tool) group_by_tool(*jobs);
+  if (jobs->front().plan.rest_more_than > 0.0)
+    return fail(Code::kInput,
+                path + ": rest.more_than_mm: no operation comes before " +
+                    (jobs->front().operation.name.empty() ? "this one, the job is one"
+                                                          : quoted(jobs->front().operation.name)) +
+                    "; leave rest out there, or put another operation first");
   for (std::size_t i = 0; i < jobs->size(); ++i) (*jobs)[i].operation.number = i + 1;
   if (files.operation.empty()) return jobs;
   const auto named = std::find_if(jobs->begin(), jobs->end(),

@@ -108,6 +108,7 @@ void describe_containment(Description& out, const pathgen::Containment& containm
 /// `left`: of the tolerance, what the plan leaves to the control and to the facets of the part.
 void describe_path(Description& out, const pathgen::PlanOptions& plan, Angle axis_tolerance, double left) {
   out.add("tolerance_mm", tidy(plan.tolerance + left));
+  if (plan.rest_more_than > 0.0) out.add("rest.more_than_mm", plan.rest_more_than);
   out.add("allowance_mm", plan.allowance);
   out.add("stock.radial_mm", plan.radial_stock);
   out.add("stock.axial_mm", plan.axial_stock);

@@ -54,8 +54,8 @@ YamlNode merged(const YamlNode& shared, const YamlNode& operation) {
 std::vector<OperationTree> operation_trees(const YamlNode& tree, const Section& root) {
   const std::vector<Section> list =
       root.list(kList,
-                {"name", "cutter", "axis", "pattern", "containment", "tolerance_mm", "allowance_mm", "stock",
-                 "points", "guards", "links", "clearance_mm", "approach_mm", "feeds", kProgram},
+                {"name", "cutter", "axis", "pattern", "rest", "containment", "tolerance_mm", "allowance_mm",
+                 "stock", "points", "guards", "links", "clearance_mm", "approach_mm", "feeds", kProgram},
                 kMostOperations);
   if (!root.has(kList)) return {{"", tree}};
   YamlNode shared = tree;

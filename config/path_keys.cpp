@@ -12,6 +12,7 @@ constexpr Range kTolerance{
     "the corners in an STL are 32-bit numbers, up to 0.00003 mm off at a metre from its "
     "zero, and programs print 4 decimals: anything finer would follow that noise"};
 constexpr Range kStock{0.0, 50.0};                     // mm
+constexpr Range kRest{0.01, 50.0};                     // mm
 constexpr Range kHeightOverPart = above(0.0, 1000.0);  // mm
 constexpr Range kGuard{0.0, 100.0};                    // mm
 constexpr Range kLinkLength{0.0, 1000.0};              // mm
@@ -31,6 +32,14 @@ void read_stock(const Section& root, pathgen::PlanOptions& plan) {
     stock.complain(
         plan.radial_stock > 0.0 ? "radial_mm" : "axial_mm",
         "is not used in the axis mode free, where the axis has no one direction; use allowance_mm");
+}
+
+void read_rest(const Section& root, pathgen::PlanOptions& plan) {
+  if (!root.has("rest")) return;
+  const Section rest = root.section("rest", {"more_than_mm"});
+  plan.rest_more_than = rest.number("more_than_mm", kRest);
+  if (plan.axis.mode == pathgen::AxisMode::kFree)
+    rest.complain("more_than_mm", "is not made in the axis mode free; use another mode for this operation");
 }
 
 /// 0: no limit.
@@ -170,6 +179,7 @@ void read_path(const Section& root, pathgen::PlanOptions& plan) {
     root.complain("tolerance_mm", exact_text(plan.tolerance) +
                                       " mm is not below the cutter's smallest radius, " + exact_text(radius) +
                                       " mm");
+  read_rest(root, plan);
   read_stock(root, plan);
   read_points(root, plan);
   read_guards(root, plan);

@@ -50,6 +50,16 @@ JointPathOptions joint_options(config::Job& job, const pathgen::Mesh& part) {
 OperationPlan::OperationPlan(config::Job job, StageClock& clock, const PlanListener& told)
     : job_(std::move(job)), clock_(clock), told_(told) {}
 
+void OperationPlan::follow(std::vector<std::shared_ptr<const pathgen::EarlierCut>> cuts) {
+  if (job_.plan.rest_more_than > 0.0) job_.plan.earlier = std::move(cuts);
+}
+
+std::shared_ptr<const pathgen::EarlierCut> OperationPlan::as_earlier_cut() const {
+  auto cut = std::make_shared<pathgen::EarlierCut>(pathgen::EarlierCut{job_.plan, planned_.path.moves});
+  cut->options.earlier.clear();
+  return cut;
+}
+
 Result<void> OperationPlan::plan_path(std::shared_ptr<const pathgen::CheckedMesh> part,
                                       const pathgen::PartModel& model, bool rest) {
   part_ = std::move(part);

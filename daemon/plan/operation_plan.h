@@ -28,6 +28,10 @@ class OperationPlan {
   /// `clock` and `told` outlive it.
   OperationPlan(config::Job job, StageClock& clock, const PlanListener& told);
 
+  /// What the operations before have cut, for plan_path() where the job asks for `rest`.
+  void follow(std::vector<std::shared_ptr<const pathgen::EarlierCut>> cuts);
+  /// This operation as one before others. After plan_path().
+  std::shared_ptr<const pathgen::EarlierCut> as_earlier_cut() const;
   /// The tool path. `rest`: what it leaves uncut is looked for, too. Errors: those of pathgen::plan, of a
   /// fixture's file; kCancelled.
   Result<void> plan_path(std::shared_ptr<const pathgen::CheckedMesh> part, const pathgen::PartModel& model,

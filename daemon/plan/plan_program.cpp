@@ -14,6 +14,7 @@
 #include "daemon/plan/avoidance.h"
 #include "daemon/plan/header_figures.h"
 #include "daemon/plan/operation_plan.h"
+#include "daemon/plan/operations_before.h"
 #include "daemon/plan/part_size.h"
 #include "daemon/plan/path_drawing.h"
 #include "daemon/plan/plan_report.h"
@@ -56,6 +57,7 @@ class Planning {
     return models_.at(ToleranceBudget(job.plan.tolerance).repair());
   }
   Result<void> plan_paths();
+  Result<void> plan_path(OperationPlan& one, bool rest);
   Result<void> shorten_operations();
   Result<void> program();
   Result<void> open_program();
@@ -66,11 +68,18 @@ class Planning {
   Result<void> add(const std::string& path, const std::function<void(std::ostream&)>& write);
   Result<void> report();
   const config::Job& job() const { return operations_.front()->job(); }
+  /// Is an operation only for what those before it leave?
+  bool leaves_to_others() const {
+    return std::any_of(operations_.begin(), operations_.end(),
+                       [](const auto& one) { return one->job().plan.rest_more_than > 0.0; });
+  }
 
   const PlanFiles& files_;
   const PlanListener& told_;
   StageClock clock_;
-  std::vector<std::unique_ptr<OperationPlan>> operations_;               ///< in their order
+  std::vector<std::unique_ptr<OperationPlan>> operations_;        ///< in their order
+  std::vector<std::unique_ptr<OperationPlan>> before_;            ///< planned for what they leave alone
+  std::vector<std::shared_ptr<const pathgen::EarlierCut>> cuts_;  ///< of all that are planned, in order
   std::map<double, std::shared_ptr<const pathgen::CheckedMesh>> parts_;  ///< by the share of repair, mm
   std::map<double, pathgen::PartModel> models_;                          ///< likewise, without facets
   std::optional<PlannedProgram> posted_;
@@ -90,9 +99,13 @@ Result<void> Planning::load() {
           outputs, {{"JOB", files_.job}, {"--stl", files_.stl}, {"--machine", files_.machine}});
       !fits)
     return fits;
-  auto jobs = config::load_operations(
-      files_.job, {.stl = files_.stl, .machine = files_.machine, .operation = files_.operation});
+  const config::JobFiles from{.stl = files_.stl, .machine = files_.machine, .operation = files_.operation};
+  auto jobs = config::load_operations(files_.job, from);
   if (!jobs) return tl::unexpected(jobs.error());
+  auto before = operations_before(files_.job, from, jobs->front());
+  if (!before) return tl::unexpected(before.error());
+  for (config::Job& job : *before)
+    before_.push_back(std::make_unique<OperationPlan>(std::move(job), clock_, told_));
   // What arcs leave the straight blocks by; who judges the text has it with the rest.
   for (config::Job& job : *jobs) job.plan.tolerance -= job.program.arc_tolerance;
   for (config::Job& job : *jobs)
@@ -124,8 +137,24 @@ Result<std::shared_ptr<const pathgen::CheckedMesh>> Planning::part_of(const conf
   return known;
 }
 
+/// The path of the next operation, which knows what those before it cut.
+Result<void> Planning::plan_path(OperationPlan& one, bool rest) {
+  const std::string& name = one.job().operation.name;
+  auto part = part_of(one.job());
+  if (!part) return tl::unexpected(part.error());
+  one.follow(cuts_);
+  if (auto planned = one.plan_path(*part, model_of(one.job()), rest); !planned)
+    return tl::unexpected(in_operation(planned.error(), name));
+  return {};
+}
+
 Result<void> Planning::plan_paths() {
   std::optional<std::string> odd_unit;
+  for (const auto& one : before_) {
+    told_.say("operation " + one->job().operation.name + ", for what it leaves");
+    if (auto planned = plan_path(*one, false); !planned) return planned;
+    cuts_.push_back(one->as_earlier_cut());
+  }
   for (const auto& one : operations_) {
     auto part = part_of(one->job());
     if (!part) return tl::unexpected(part.error());
@@ -140,10 +169,9 @@ Result<void> Planning::plan_paths() {
     }
     const std::string& name = one->job().operation.name;
     if (!name.empty()) told_.say("operation " + name);
-    if (auto planned =
-            one->plan_path(*part, model_of(one->job()), !files_.report.empty() || files_.shortest_time);
-        !planned)
-      return tl::unexpected(in_operation(planned.error(), name));
+    if (auto planned = plan_path(*one, !files_.report.empty() || files_.shortest_time); !planned)
+      return planned;
+    if (leaves_to_others()) cuts_.push_back(one->as_earlier_cut());
   }
   if (odd_unit) operations_.front()->warn(*odd_unit);
   return {};
@@ -152,8 +180,12 @@ Result<void> Planning::plan_paths() {
 /// Of each operation the pattern that takes the machine the least time.
 Result<void> Planning::shorten_operations() {
   if (!files_.shortest_time) return {};
+  cuts_.resize(before_.size());
   for (auto& one : operations_) {
     const std::string& name = one->job().operation.name;
+    // Those before it may have become others.
+    if (one->job().plan.rest_more_than > 0.0)
+      if (auto planned = plan_path(*one, true); !planned) return planned;
     if (auto found = one->find_joints(); !found) return tl::unexpected(in_operation(found.error(), name));
     const auto part = part_of(one->job());
     if (!part) return tl::unexpected(part.error());
@@ -169,9 +201,11 @@ Result<void> Planning::shorten_operations() {
     Shortened found = shorten(*one, once);
     if (!told_.show("shortest time", 1.0)) return fail(Code::kCancelled, "cancelled; nothing was written");
     shortened_.push_back({one->timing().seconds, found.tried, {}});
-    if (!found.plan) continue;
-    shortened_.back().pattern = found.plan->job().plan.pattern;
-    one = std::move(found.plan);
+    if (found.plan) {
+      shortened_.back().pattern = found.plan->job().plan.pattern;
+      one = std::move(found.plan);
+    }
+    if (leaves_to_others()) cuts_.push_back(one->as_earlier_cut());
   }
   return {};
 }

@@ -166,6 +166,10 @@ void add_findings(nlohmann::ordered_json& json, const OperationPlan& one) {
   const pathgen::PlanReport& plan = one.plan_report();
   if (plan.free) json["free"] = free_json(*plan.free);
   if (plan.indexed) json["indexed"] = indexed_json(*plan.indexed);
+  if (plan.rest)
+    json["rest"] = {{"more_than_mm", plan.rest->more_than},
+                    {"area_before_mm2", plan.rest->area},
+                    {"most_left_before_mm", plan.rest->most}};
   if (plan.uncut) json["uncut"] = uncut_json(*plan.uncut);
   if (plan.between) json["between_passes"] = between_json(*plan.between);
   if (one.job().plan.fixtures) json["fixtures"] = fixtures_json(plan.fixtures);
@@ -344,6 +348,9 @@ std::string path_text(const OperationPlan& one) {
     text += formatted(
         "indexed: %zu directions reach %.1f %% of the surface, all directions together %.1f %%\n",
         plan.indexed->directions.size(), 100.0 * plan.indexed->reached, 100.0 * plan.indexed->reachable);
+  if (plan.rest)
+    text += formatted("rest: before it more than %.4g mm is left on %.1f mm2, %.3f mm at most\n",
+                      plan.rest->more_than, plan.rest->area, plan.rest->most);
   if (plan.uncut && plan.uncut->area > 0.0)
     text += formatted(
         "uncut: %.1f of %.1f mm2 that face the tool, on %zu facets; which and why is in the report\n",

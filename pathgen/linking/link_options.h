@@ -59,6 +59,9 @@ struct Linking {
   /// And a straight move between two of them? Empty: any.
   std::function<bool(const EnvelopePoint&, const EnvelopePoint&)> straight{};
   const LeanedWays* leaned = nullptr;  ///< null: no pass leans
+  /// The z' down to which the tool comes free of stock over (x', y'), at least the z' that is given. Empty:
+  /// no stock is higher than the approach over the part.
+  std::function<double(Point<Flat>, double)> free_from{};
   /// When the user stops it, the moves are not all there.
   ReportShare report{};
 };

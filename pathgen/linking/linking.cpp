@@ -158,8 +158,9 @@ class Linker {
       return false;
     }
     const Point<Flat> foot = arc.empty() ? pass[0].flat : arc.back();
-    if (const double start = approaches_.rapid_end(foot); start < options_.clearance_z)
-      push(travel_.pose({foot.x, foot.y, start}), MoveKind::kRapid);
+    double start = approaches_.rapid_end(foot);
+    if (options_.free_from && start < options_.clearance_z) start = options_.free_from(foot, start);
+    if (start < options_.clearance_z) push(travel_.pose({foot.x, foot.y, start}), MoveKind::kRapid);
     for (auto place = arc.rbegin(); place != arc.rend(); ++place)
       push(travel_.pose(*place), MoveKind::kPlunge);
     push(pose_of(pass[0]), MoveKind::kPlunge, surface_.facet_of(pass[0].patch));

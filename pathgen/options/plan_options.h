@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "kinematics/basics/tool_path.h"
 #include "kinematics/basics/units.h"
 #include "pathgen/axis/deformation.h"
 #include "pathgen/options/cutter.h"
@@ -118,6 +119,8 @@ struct IndexedAxis {
   Angle steepest = Angle::from_degrees(75.0);
 };
 
+struct EarlierCut;
+
 struct PlanOptions {
   std::string name;  ///< of the part
   Cutter cutter;
@@ -139,6 +142,9 @@ struct PlanOptions {
   std::shared_ptr<const Fixtures> fixtures;  ///< null: none
   FixtureRoom fixture_room;
   LinkingOptions links;
+  /// Only where the operations before leave more than this on the part, mm; 0: everywhere.
+  double rest_more_than = 0.0;
+  std::vector<std::shared_ptr<const EarlierCut>> earlier;  ///< those operations, in their order
   Feed cut_feed, plunge_feed;
   Vec3 up{0, 0, 1};  ///< the table's axis in part directions, unit
   Angle tilt_max =
@@ -150,5 +156,10 @@ inline bool may_lean(const PlanOptions& o) {
   return o.lean.limit.radians() > 0.0 &&
          (o.shank.reaction == Reaction::kTilt || o.holder.reaction == Reaction::kTilt);
 }
+/// An operation before: what it was asked for, and how its tool moves.
+struct EarlierCut {
+  PlanOptions options;
+  std::vector<Move> moves;
+};
 
 }  // namespace tiltfeed::pathgen

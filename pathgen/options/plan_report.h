@@ -82,6 +82,13 @@ struct KeptByFixture {
   double area = 0.0;         ///< mm^2, with PlanOptions::find_rest_material in one axis field
 };
 
+/// What the operations before leave, where the tool's axis faces the part.
+struct RestBefore {
+  double more_than = 0.0;  ///< PlanOptions::rest_more_than, mm
+  double area = 0.0;       ///< on which more is left, mm^2
+  double most = 0.0;       ///< mm; no more than the smallest radius of the cutters is told
+};
+
 struct PlanReport {
   std::uint64_t facets = 0;
   std::uint64_t passes = 0;                     ///< unbroken runs of cutting moves
@@ -95,6 +102,7 @@ struct PlanReport {
   std::optional<LeanReport> lean;               ///< where a guard lets the tool lean and something comes near
   std::optional<RestReport> uncut;              ///< with PlanOptions::find_rest_material, in one axis field
   std::optional<BetweenPasses> between;         ///< the same where each place has its own axis: free, indexed
+  std::optional<RestBefore> rest;               ///< with PlanOptions::rest_more_than
   std::vector<KeptByFixture> fixtures;          ///< those that keep the tool from something
   std::vector<std::string> warnings;
   std::vector<StageTime> times;

@@ -42,7 +42,9 @@ double distance_to_piece(const ToolPiece& piece, double d, double h) {
   return std::hypot(std::max(d - piece.flat, 0.0), h) - piece.corner;
 }
 
-bool leaves_no_more(const PlanOptions& options) { return options.pattern.kind != PatternKind::kPencil; }
+bool leaves_no_more(const PlanOptions& options) {
+  return options.pattern.kind != PatternKind::kPencil && options.rest_more_than == 0.0;
+}
 
 double asked_height(const PlanOptions& options) {
   const Pattern& pattern = options.pattern;

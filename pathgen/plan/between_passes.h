@@ -15,7 +15,8 @@ namespace tiltfeed::pathgen {
 /// `h` over the ring centre.
 double distance_to_piece(const ToolPiece& piece, double d, double h);
 
-/// Does the job say what its passes may leave between them? Pencil passes are for the creases alone.
+/// Does the job say what its passes may leave between them? Pencil passes are for the creases alone, rest
+/// machining for what is left.
 bool leaves_no_more(const PlanOptions& options);
 
 /// What the job lets its passes leave between them, mm: its scallop; or what its step leaves on a plane,

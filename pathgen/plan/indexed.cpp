@@ -19,6 +19,7 @@
 #include "pathgen/plan/predefined_axis.h"
 #include "pathgen/plan/rejected_points.h"
 #include "pathgen/plan/rest_of_cells.h"
+#include "pathgen/plan/rest_wanted.h"
 #include "pathgen/progress/shares.h"
 #include "pathgen/progress/stages.h"
 
@@ -75,6 +76,12 @@ class Indexed {
     const CellReach reach(tool, options_);
     const double size = std::max(2.0 * part_radius_ / kCellsAcross, options_.tolerance);
     const std::vector<SurfaceCell> cells = make_cells(part_.mesh, size);
+    if (options_.rest_more_than > 0.0) {
+      auto rest = RestWanted::find(part_, options_, part_of(share_, 0.0, 0.1));
+      if (!rest) return tl::unexpected(rest.error());
+      rest_.emplace(std::move(*rest));
+      plan_.report.rest = rest_->before();
+    }
     if (auto done = choose(reach, sample_cells(cells, kSamples)); !done) return tl::unexpected(done.error());
     if (stages_.stopped() || !share_(0.6)) return cancelled();
     const IndexedRegions regions(cells, size, chosen_,
@@ -228,6 +235,7 @@ class Indexed {
       if (!in.first.contains(p.centre.x) || !in.second.contains(p.centre.y) ||
           !in.height.contains(p.centre.z))
         return false;
+      if (rest_ && !rest_->wants(p.centre, chosen_[d])) return false;
       const auto contact = reach.contact(p.centre, gap);
       return contact && regions.wants(d, contact->place, contact->facet);
     };
@@ -235,7 +243,12 @@ class Indexed {
       return reach.contact(a.centre, gap) && reach.contact(lerp(a.centre, b.centre, 0.5), gap) &&
              reach.contact(b.centre, gap);
     };
-    const WantedPart asked{wanted, straight, regions.spacing(), asked_step(options_)};
+    WantedPart asked{
+        .place = wanted, .straight = straight, .spacing = regions.spacing(), .overlap = asked_step(options_)};
+    if (rest_)
+      asked.free_from = [&](const Deformation& map, Point<Flat> place, double from, double to) {
+        return rest_->free_from(map, place, from, to);
+      };
     return plan_where(part_, options, &asked, progress);
   }
 
@@ -279,6 +292,7 @@ class Indexed {
   double part_radius_ = 0.0;  ///< of the sphere about the middle that holds the part, mm
   double radius_ = 0.0;       ///< of that which holds the part with its stock and the fixtures, mm
   std::vector<Vec3> chosen_;  ///< in the order of machining
+  std::optional<RestWanted> rest_;
   Plan plan_;
   Stages stages_;
   const ReportShare share_ = [this](double share) { return stages_.report(share); };

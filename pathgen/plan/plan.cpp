@@ -6,12 +6,48 @@
 #include "pathgen/plan/likely_cause.h"
 #include "pathgen/plan/predefined_axis.h"
 #include "pathgen/plan/rejected_points.h"
+#include "pathgen/plan/rest_wanted.h"
+#include "pathgen/progress/stages.h"
 
 namespace tiltfeed::pathgen {
 
 namespace {
 
+/// A retract takes about as long as so many clearances at the cutting feed.
+constexpr double kRetractClearances = 4.0;
+
+/// Only where more than is wanted is left.
+Result<Plan> plan_rest(const CheckedMesh& part, const PlanOptions& options, const Progress& progress) {
+  if (options.axis.mode == AxisMode::kFree)
+    return fail(Code::kInput, "rest.more_than_mm is not made in the axis mode free; use another axis.mode");
+  if (options.axis.mode == AxisMode::kIndexed) return plan_indexed(part, options, progress);
+  if (auto ok = check_options(options); !ok) return tl::unexpected(ok.error());
+  std::vector<StageTime> times;
+  Stages stages(progress, times);
+  if (!stages.begin("rest")) return cancelled();
+  const ReportShare share = [&](double f) { return stages.report(f); };
+  const auto rest = RestWanted::find(part, options, share);
+  if (!rest) return tl::unexpected(rest.error());
+  stages.end();
+  const Deformation field(options.axis, 1.0);
+  WantedPart wanted;
+  wanted.place = [&](const EnvelopePoint& p) { return rest->wants(p.centre, field.axis_at(p.centre)); };
+  wanted.free_from = [&](const Deformation& map, Point<Flat> place, double from, double to) {
+    return rest->free_from(map, place, from, to);
+  };
+  wanted.spacing = rest->spacing();
+  // What is cut meanwhile, in about the time of a retract.
+  wanted.bridge = kRetractClearances * options.links.clearance +
+                  options.links.approach * options.cut_feed.mm_per_min() / options.plunge_feed.mm_per_min();
+  Result<Plan> planned = plan_where(part, options, &wanted, progress);
+  if (!planned) return planned;
+  planned->report.rest = rest->before();
+  planned->report.times.insert(planned->report.times.begin(), times.begin(), times.end());
+  return planned;
+}
+
 Result<Plan> plan_by_mode(const CheckedMesh& part, const PlanOptions& options, const Progress& progress) {
+  if (options.rest_more_than > 0.0) return plan_rest(part, options, progress);
   if (options.axis.mode == AxisMode::kIndexed) return plan_indexed(part, options, progress);
   if (options.axis.mode != AxisMode::kFree) return plan_where(part, options, nullptr, progress);
   if (auto ok = check_options(options); !ok) return tl::unexpected(ok.error());

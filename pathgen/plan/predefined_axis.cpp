@@ -168,12 +168,41 @@ class Planner {
     bool any = false;
     for (std::vector<Pass>& row : passes_) {
       for (Pass& pass : row) pass = spaced(std::move(pass), field.deformation, wanted_->spacing);
-      row = broken(keep_where(row, field.deformation, wanted_->place, wanted_->overlap));
+      row = wanted_->bridge > 0.0
+                ? bridged(row)
+                : broken(keep_where(row, field.deformation, wanted_->place, wanted_->overlap));
       for (Pass& pass : row) pass = thinned(pass, thinning(), envelope_);
       any |= !row.empty();
     }
     if (!any) return fail(Code::kUnreachable, "nothing that is wanted of this direction is in its reach");
     return {};
+  }
+
+  /// The passes from a point before what is wanted to one behind it. A short way over what is not is quicker
+  /// than up and down.
+  std::vector<Pass> bridged(const std::vector<Pass>& passes) const {
+    std::vector<Pass> pieces;
+    for (const Pass& pass : passes) {
+      std::optional<std::size_t> begin;
+      std::size_t last = 0;
+      double off = 0.0;  // since the last place that is wanted
+      const auto put = [&] {
+        const std::size_t to = std::min(last + 2, pass.size());
+        pieces.emplace_back(pass.begin() + static_cast<std::ptrdiff_t>(*begin),
+                            pass.begin() + static_cast<std::ptrdiff_t>(to));
+        begin.reset();
+      };
+      for (std::size_t i = 0; i < pass.size(); ++i) {
+        if (i > 0) off += distance(pass[i - 1].centre, pass[i].centre);
+        if (begin && off > wanted_->bridge) put();
+        if (!wanted_->place(pass[i])) continue;
+        if (!begin) begin = i > 0 ? i - 1 : 0;
+        last = i, off = 0.0;
+      }
+      if (begin) put();
+    }
+    std::erase_if(pieces, [](const Pass& piece) { return piece.size() < 2; });
+    return pieces;
   }
 
   /// The passes without the moves that may not be cut.
@@ -253,6 +282,7 @@ class Planner {
                             },
                         .straight = wanted_ != nullptr ? wanted_->straight : nullptr,
                         .leaned = lean_ ? &lean_->ways() : nullptr,
+                        .free_from = free_from(field.deformation, clearance_z),
                         .report = share_};
     Envelope envelope(linked_field.surface, linked_field.deformation, linked_field.index, envelope_);
     Linked linked = link(passes_, linked_field, links, opposite_wall, envelope);
@@ -293,6 +323,13 @@ class Planner {
   HeldUpright held_upright() const {
     if (!lean_) return {};
     return [this](const EnvelopePoint& stand) { return lean_->held(stand); };
+  }
+
+  std::function<double(Point<Flat>, double)> free_from(const Deformation& field, double clearance_z) const {
+    if (wanted_ == nullptr || !wanted_->free_from) return {};
+    return [this, &field, clearance_z](Point<Flat> place, double to) {
+      return wanted_->free_from(field, place, clearance_z, to);
+    };
   }
 
   const CheckedMesh& part_;

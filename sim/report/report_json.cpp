@@ -206,6 +206,7 @@ std::string to_json(const RemovalContext& context, const Removal& r, const Remov
   json.put("rapid_length_mm", r.rapid_length, 3);
   json.put("stock_mm3", r.stock_volume, 3);
   json.put("removed_mm3", r.stock_volume - r.left_volume, 3);
+  json.put("left_mm3", r.left_volume, 3);
   put_axes(json, r, context.job.machine.model);
   put_troubles(json, r);
   put_haste(json, r);

@@ -43,7 +43,7 @@ std::string trouble_text(const Trouble& trouble);
 
 /// Share of the surface that is cut or could be; less is what rows leave at their ends.
 inline constexpr double kLeastRest = 0.002;
-/// Does the operation cut all that it reaches? Not with pencil passes.
+/// Does the operation cut all that it reaches? Not with pencil passes, nor with `rest`.
 bool asks_all(const pathgen::PlanOptions& plan);
 /// What may be left where the job's passes lie side by side, mm; the cutter's radius where it asks for less
 /// than all.

@@ -5,7 +5,9 @@
 
 namespace tiltfeed::sim {
 
-bool asks_all(const pathgen::PlanOptions& plan) { return plan.pattern.kind != pathgen::PatternKind::kPencil; }
+bool asks_all(const pathgen::PlanOptions& plan) {
+  return plan.pattern.kind != pathgen::PatternKind::kPencil && plan.rest_more_than == 0.0;
+}
 
 namespace {
 

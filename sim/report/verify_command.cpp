@@ -126,7 +126,8 @@ void print(const RemovalContext& context, const RemovalVerdict& verdict, const R
     std::printf(
         "  other directions       %.0f mm2 of what is out of reach: more of them, or those of axis free\n",
         r.rest.elsewhere);
-  std::printf("  removed                %.1f of %.1f mm3\n", r.stock_volume - r.left_volume, r.stock_volume);
+  std::printf("  removed                %.1f of %.1f mm3, %.1f left\n", r.stock_volume - r.left_volume,
+              r.stock_volume, r.left_volume);
   std::printf("  machining time         %.1f s, rapids %.1f s, air %.1f %% of the feed moves\n", r.seconds,
               r.rapid_seconds, r.feed_seconds > 0.0 ? 100.0 * r.air_seconds / r.feed_seconds : 0.0);
 }

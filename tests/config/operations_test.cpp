@@ -103,6 +103,35 @@ TEST_F(Operations, OneIsFoundByItsName) {
   EXPECT_NE(one.error().message.find("several operations (rough it, finish)"), std::string::npos);
 }
 
+TEST_F(Operations, RestIsWhatThoseBeforeLeave) {
+  const std::string rest = finish_ + "rest: {more_than_mm: 0.2}\n";
+  const auto jobs = load(shared_ + "operations:\n" + item("rough it", rough_) + item("finish", rest));
+  ASSERT_TRUE(jobs) << jobs.error().message;
+  EXPECT_EQ((*jobs)[0].plan.rest_more_than, 0.0);
+  EXPECT_EQ((*jobs)[1].plan.rest_more_than, 0.2);
+  EXPECT_NE(describe((*jobs)[1]).find("\nrest.more_than_mm: 0.2\n"), std::string::npos);
+  EXPECT_EQ(describe((*jobs)[0]).find("rest."), std::string::npos);
+  EXPECT_EQ(error(shared_ + "operations:\n" + item("finish", rest) + item("rough it", rough_)),
+            "job.yaml: rest.more_than_mm: no operation comes before 'finish'; leave rest out there, or put "
+            "another operation first");
+  EXPECT_NE(error(shared_ + "pattern: {side_step_mm: 1}\nrest: {more_than_mm: 0.2}\n")
+                .find("no operation comes before this one, the job is one"),
+            std::string::npos);
+  const std::string whole = shared_ + "operations:\n" + item("rough it", rough_) + item("finish", rest);
+  for (const char* wrong : {"0.001", "51"}) {
+    std::string text = whole;
+    text.replace(text.find("more_than_mm: 0.2") + 14, 3, wrong);
+    EXPECT_NE(error(text).find("rest.more_than_mm"), std::string::npos) << wrong;
+  }
+  EXPECT_NE(
+      error(shared_ + "operations:\n" + item("rough it", rough_) +
+            item("finish", kTwoLines +
+                               "pattern: {side_step_mm: 0.2}\nprogram: {tool: 4}\n"
+                               "axis: {mode: free, plane_normals: [[0, 0, 1]]}\nrest: {more_than_mm: 0.2}\n"))
+          .find("not made in the axis mode free"),
+      std::string::npos);
+}
+
 TEST_F(Operations, AJobWithoutAListIsOne) {
   const auto jobs = load(shared_ + "pattern: {side_step_mm: 1}\n");
   ASSERT_TRUE(jobs) << jobs.error().message;

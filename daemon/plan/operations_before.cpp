@@ -1,0 +1,19 @@
+#include "daemon/plan/operations_before.h"
+
+#include <algorithm>
+
+namespace tiltfeed::daemon {
+
+Result<std::vector<config::Job>> operations_before(const std::string& path, const config::JobFiles& files,
+                                                   const config::Job& wanted) {
+  if (files.operation.empty() || wanted.plan.rest_more_than == 0.0) return std::vector<config::Job>{};
+  auto jobs = config::load_operations(path, {.stl = files.stl, .machine = files.machine});
+  if (!jobs) return jobs;
+  jobs->erase(std::find_if(jobs->begin(), jobs->end(),
+                           [&](const config::Job& job) { return job.operation.name == files.operation; }),
+              jobs->end());
+  for (config::Job& job : *jobs) job.plan.tolerance -= job.program.arc_tolerance;
+  return jobs;
+}
+
+}  // namespace tiltfeed::daemon

@@ -1,0 +1,69 @@
+#pragma once
+// Rest machining: where the operations before leave too much on the part, and which poses take it. (U6) in
+// pathgen/plan/README.md.
+
+#include <array>
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "kinematics/basics/result.h"
+#include "pathgen/mesh/mesh_check.h"
+#include "pathgen/options/plan_options.h"
+#include "pathgen/options/plan_report.h"
+#include "pathgen/plan/cleared_space.h"
+#include "pathgen/progress/watch.h"
+
+namespace tiltfeed::pathgen {
+
+class RestWanted {
+ public:
+  /// Looks at the part in cells as large as a third of the smallest tool's radius. All must outlive it.
+  /// Requires: options.rest_more_than > 0. Errors: kInput: no operation before, or one whose cutter is too
+  /// small to tell; kUnreachable: no more than that is left anywhere; kCancelled.
+  static Result<RestWanted> find(const CheckedMesh& part, const PlanOptions& options,
+                                 const ReportShare& report);
+
+  /// Does the cutter at this pose take of what is left too much? Its reference and axis. True: some cell of
+  /// which more than `rest_more_than` is left loses half of that, and the cutter comes within half its radius
+  /// of it; or (roughing) the cutter is in stock.
+  bool wants(Point<Part> reference, Vec3 axis) const;
+
+  /// The z' of `field` over (x', y') down from `from` to which the cutter comes free of stock, at least
+  /// `to`. Where a roughing pattern was the first, the stock is the part's box.
+  double free_from(const Deformation& field, Point<Flat> place, double from, double to) const;
+
+  /// What was found.
+  const RestBefore& before() const { return before_; }
+  /// Distance at which a pass is asked, mm.
+  double spacing() const { return cell_; }
+
+ private:
+  struct Cell {
+    Point<Part> place;
+    double left = 0.0;  ///< mm
+  };
+  RestWanted(const CheckedMesh& part, const PlanOptions& options);
+  Result<void> look(const ReportShare& report);
+  double left_at(Point<Part> place, Vec3 normal, double area);
+  bool is_stock(Point<Part> place) const;
+  template <class IsStock>
+  bool in_stock(Point<Part> reference, Vec3 axis, double height, IsStock is_stock) const;
+  void fill_grid();
+  bool is_stock_about(Point<Part> place) const;
+  std::uint64_t key(std::int64_t x, std::int64_t y, std::int64_t z) const;
+  std::int64_t index(double v) const;
+
+  const CheckedMesh& part_;
+  const PlanOptions& options_;
+  ToolPiece piece_;  ///< of this operation, as it is
+  std::vector<ClearedSpace> cleared_;
+  double cell_ = 0.0, reach_ = 0.0;
+  RestBefore before_;
+  std::vector<std::uint8_t> grid_;  ///< for roughing: is that place of the part's box stock? x, y, then z
+  std::array<std::size_t, 3> grid_size_{};
+  double grid_step_ = 0.0;
+  std::unordered_map<std::uint64_t, std::vector<Cell>> cells_;  ///< by cubes of the reach
+};
+
+}  // namespace tiltfeed::pathgen

@@ -1,0 +1,76 @@
+#!/usr/bin/python3
+"""Rest machining all the way: planned, proven, and cut from the stock by `verify`, with and without `rest`. What is left in the end
+is the same but for thin skins, no rapid goes through stock, and the second rough needs less time.
+
+rest_test.py BIN_FOLDER WORK_FOLDER
+"""
+
+import json
+import re
+import sys
+
+from service_run import Run, ROOT
+
+STOCK = ("--stock", "cylinder", "--bundles", "3", "--resolution", "0.4")
+SAME_VOLUME = 0.02  # of the part: skins stay that are thinner than what may stay, and what the second rough takes less than a step of
+
+
+def program(run, *words, tool="tiltfeed"):
+    status, out, said = run.call(*words, program=tool)
+    run.want(status == 0, f"{words}: {said}")
+    return out
+
+
+def verified(run, job, nc):
+    status, out, said = run.call("verify", job, nc, "--json", *STOCK)
+    run.want(status in (0, 1, 3) and out, f"verify: {said}")
+    return json.loads(out)["operations"]
+
+
+def cut(run, name, text):
+    """What planning and verifying say of each operation."""
+    run.write(f"{name}.yaml", text)
+    planned = json.loads(program(run, "plan", f"{name}.yaml", "--out", f"{name}.nc", "--json"))
+    return planned, verified(run, f"{name}.yaml", f"{name}.nc")
+
+
+def no_trouble(run, name, operations):
+    for one in operations:
+        bad = [t for t in one["troubles"] if t["kind"] != "shank or holder in the stock"]
+        run.want(not bad, f"{name}, {one['operation']}: {bad[:2]}")
+
+
+def main():
+    run = Run(sys.argv[1], sys.argv[2])
+    program(run, "part", "pin", "--out", f"{run.work}/pin.stl", tool="tiltfeed-sim")
+    with open(f"{ROOT}/config/jobs/pin_rest.yaml", encoding="utf-8") as file:
+        text = file.read()
+    text = text.replace("../../build/demo/pin.stl", "pin.stl").replace("../machines", f"{ROOT}/config/machines")
+    with_rest, left = cut(run, "with", text)
+    without, left_without = cut(run, "without", re.sub(r"\n    rest: .*", "", text))
+    no_trouble(run, "with rest", left)
+    no_trouble(run, "without", left_without)
+    # The report knows what it found, and what is left goes down from operation to operation.
+    found = [one.get("rest") for one in with_rest["operations"]]
+    run.want([one is not None for one in found] == [False, True, False, True, False], f"rest: {found}")
+    run.want(all(one["area_before_mm2"] > 0 and one["most_left_before_mm"] > one["more_than_mm"] for one in found if one), f"{found}")
+    volumes = [one["left_mm3"] for one in left]
+    run.want(all(a >= b for a, b in zip(volumes, volumes[1:])), f"left: {volumes}")
+    for before, after in zip(left, left[1:]):
+        run.want(abs(before["left_mm3"] - after["stock_mm3"]) < 0.01, "an operation does not begin with what the one before left")
+    # The end is that of all operations without rest, but for skins thinner than what may stay.
+    part = with_rest["part_volume_mm3"]
+    end, end_without = volumes[-1] - part, left_without[-1]["left_mm3"] - part
+    run.want(abs(end - end_without) <= SAME_VOLUME * part, f"left over the part: {end} and {end_without}")
+    # Between the wings the second rough is quicker. Rows of the finer ball meet a foot of a wing every few mm: there rest saves nothing.
+    some, whole = left[1]["machining_seconds"], left_without[1]["machining_seconds"]
+    run.want(some < 0.85 * whole, f"{left[1]['operation']}: {some} s, and without rest {whole} s")
+    # Alone an operation is the same: those before it are planned for what they leave.
+    program(run, "plan", "with.yaml", "--operation", "rest", "--out", "alone.nc")
+    moves = [line for line in run.text("alone.nc").splitlines() if re.match(r"(G0 |G1 )?[XYZAC]-?\d|G1 ", line)]
+    run.want(len(moves) > 100 and "\n".join(moves[10:60]) in run.text("with.nc"), "other moves than in the program of all")
+    run.end()
+    print("rest: the same in the end, in less time")
+
+
+main()
