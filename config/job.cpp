@@ -55,29 +55,6 @@ Result<std::optional<ToolLibrary>> read_library(const YamlNode& tree, const Sect
   return tl::unexpected(*complaint.error());
 }
 
-/// Feeds and speed: what the job says, else the tool's in the material.
-void read_feeds(const Section& root, const CutterChoice& choice, Job& job) {
-  const std::initializer_list<const char*> keys = {"cut_mm_per_min", "plunge_mm_per_min", "spindle_rpm"};
-  const bool by_material = !choice.material.empty();
-  const Section feeds = by_material ? root.optional_section("feeds", keys) : root.section("feeds", keys);
-  const CuttingData* data = choice.data;
-  if (data != nullptr && !root.has("feeds"))
-    for (const auto& [key, value] :
-         {std::pair{"cut_mm_per_min", data->cut_feed}, std::pair{"plunge_mm_per_min", data->plunge_feed}})
-      if (value == 0.0)
-        root.complain("feeds", std::string("missing key ") + key + ", which the tool's cutting data for " +
-                                   quoted(choice.material) + " do not state either");
-  const auto feed = [&](const char* key, double usual) {
-    if (by_material && data == nullptr)  // the library is not read, or has none, which is said elsewhere
-      return Feed::from_mm_per_min(feeds.optional_number(key, kCuttingFeed).value_or(kCuttingFeed.max));
-    return Feed::from_mm_per_min(
-        feeds.number(key, kCuttingFeed, usual > 0.0 ? std::optional(usual) : std::nullopt));
-  };
-  job.plan.cut_feed = feed("cut_mm_per_min", data == nullptr ? 0.0 : data->cut_feed);
-  job.plan.plunge_feed = feed("plunge_mm_per_min", data == nullptr ? 0.0 : data->plunge_feed);
-  job.spindle_rpm = feeds.number("spindle_rpm", {0.0, 200'000.0}, data == nullptr ? 0.0 : data->spindle_rpm);
-}
-
 /// `tools`: as read_cutter(); its number is in program.tool where the tool has one.
 Job read_job(const Section& root, const std::string& path, const ToolLibrary* tools) {
   Job job;

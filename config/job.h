@@ -18,6 +18,14 @@ struct OperationName {
   std::size_t number = 1, count = 1;  ///< from 1; in the order of the list
 };
 
+/// What a cut's feed may be set to where it follows the engagement (`plan --optimise feed`).
+struct FeedRange {
+  Feed highest;         ///< no less than the job's feed of cuts; that: nothing is raised
+  Feed lowest;          ///< no more than it
+  double load = 1.0;    ///< share of the largest load at the job's own feed that no place goes over
+  double change = 0.0;  ///< of the job's feed, a share per mm of way, at most; 0: no limit
+};
+
 /// One operation of a job file, with all that the file says for all of them.
 struct Job {
   std::string path;  ///< the file it came from
@@ -38,6 +46,7 @@ struct Job {
   Setup setup;           ///< tool_length = plan.cutter.length
   std::vector<Fixture> fixtures;
   double spindle_rpm = 0.0;  ///< 0: no spindle words
+  FeedRange feeds;
   ProgramData program;
   MachineProfile machine;
 };

@@ -156,6 +156,10 @@ std::string describe(const Job& job) {
   out.add("feeds.cut_mm_per_min", plan.cut_feed.mm_per_min());
   out.add("feeds.plunge_mm_per_min", plan.plunge_feed.mm_per_min());
   out.add("feeds.spindle_rpm", job.spindle_rpm);
+  out.add("feeds.highest_mm_per_min", job.feeds.highest.mm_per_min());
+  out.add("feeds.lowest_mm_per_min", job.feeds.lowest.mm_per_min());
+  out.add("feeds.load_percent", 100.0 * job.feeds.load);
+  out.add("feeds.change_percent_per_mm", 100.0 * job.feeds.change);
   describe_program_data(out, job.program);
   out.add("setup.part_zero_mm", job.setup.part_zero);
   for (std::size_t row = 0; row < 3; ++row)

@@ -12,6 +12,8 @@
 
 namespace tiltfeed::config {
 
+struct Job;
+
 /// The names of the axis line's coordinates in a mode, as they stand in the section containment.
 struct CoordinateKeys {
   const char *first, *second, *height;
@@ -56,6 +58,8 @@ void read_indexed_axis(const Section& root, const Section& axis, pathgen::Indexe
                        const pathgen::Cutter& cutter);
 pathgen::Pattern read_pattern(const Section& root, const pathgen::PlanOptions& plan);
 pathgen::Containment read_containment(const Section& root, pathgen::AxisMode mode);
+/// Feeds and speed: what the job says, else the tool's in the material.
+void read_feeds(const Section& root, const CutterChoice& choice, Job& job);
 /// Tolerance, what is left on the part, points, guards, links. Requires: plan.cutter.
 void read_path(const Section& root, pathgen::PlanOptions& plan);
 /// points.axis_tolerance_deg. Requires: plan.cutter, plan.axis.

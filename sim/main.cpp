@@ -21,6 +21,7 @@
 #include "config/version.h"
 #include "pathgen/mesh/stl.h"
 #include "sim/collision/machine_view.h"
+#include "sim/engagement/engagement_command.h"
 #include "sim/motion/dry_run.h"
 #include "sim/parts/parts.h"
 #include "sim/path_check/path_check_command.h"
@@ -304,6 +305,33 @@ CLI::App* add_prove_options(CLI::App& app, ProveOptions& options) {
   return prove;
 }
 
+CLI::App* add_engagement_options(CLI::App& app, EngagementFiles& files) {
+  CLI::App* const engagement = app.add_subcommand(
+      "engagement",
+      "what the cutter has to cut along a program: volume, engaged angle and depth, chip and load");
+  engagement->add_option("JOB", files.job, "the job file")->required();
+  engagement->add_option("PROGRAM", files.program, "the program, in the dialect of the job's machine")
+      ->required();
+  engagement->add_option("--out", files.table, "table to write (CSV): a row for each short span at feed");
+  engagement->add_option("--plot", files.plot,
+                         "picture to write (SVG): feed, load, angle and removal over time");
+  engagement->add_option("--before", files.before,
+                         "such a table of another program of the job, drawn behind in grey");
+  engagement->add_option(
+      "--stock", files.stock,
+      "offset:MM, box, box:MM, cylinder, cylinder:MM or an STL file; default: what the job's "
+      "rapids allow for");
+  engagement->add_option("--resolution", files.resolution, "distance of the stock's lines, mm");
+  engagement->add_option("--stl", files.stl, "take this part instead of the job's");
+  engagement->add_option("--machine", files.machine, "take this machine profile instead of the job's");
+  engagement->add_option("--operation", files.operation,
+                         "the program is that of this operation of the job alone");
+  engagement->add_flag("--progress", files.progress, "lines of progress on standard output")->group("");
+  engagement->add_option("--threads", files.threads, "the result is the same for any number")
+      ->check(CLI::Range(1, 256));
+  return engagement;
+}
+
 /// The exit status.
 int run(int argc, char** argv) {
   CLI::App app("A simulated five-axis machine (table C, tilting head), seen through its wire.",
@@ -344,6 +372,8 @@ int run(int argc, char** argv) {
   CLI::App* const verify = add_verify_options(app, verification);
   ProveOptions proof;
   CLI::App* const prove = add_prove_options(app, proof);
+  EngagementFiles engaged;
+  CLI::App* const engagement = add_engagement_options(app, engaged);
   app.require_subcommand(0, 1);
 
   if (argc == 2 && std::string_view(argv[1]) == config::kDescribeWord) {
@@ -371,6 +401,7 @@ int run(int argc, char** argv) {
     return written ? kDone : report(written.error());
   }
   if (prove->parsed()) return prove_command(proof);
+  if (engagement->parsed()) return engagement_command(engaged);
   if (verify->parsed()) return verify_command(verification);
   return serve(options);
 }

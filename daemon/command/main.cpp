@@ -131,10 +131,17 @@ int run(int argc, char** argv) {
   planning->add_option("--machine", files.machine, "take this machine profile instead of the job's");
   std::string optimise;
   planning
-      ->add_option(
-          "--optimise", optimise,
-          "time: take the direction of passes that is quickest and leaves no more than the job's own")
-      ->check(CLI::IsMember({"time"}));
+      ->add_option("--optimise", optimise,
+                   "time: take the direction of passes that is quickest and leaves no more than the job's "
+                   "own; feed: let "
+                   "the feed of cuts follow what the cutter has to cut, within the job's feeds and the "
+                   "largest load at "
+                   "its own")
+      ->check(CLI::IsMember({"time", "feed"}));
+  planning->add_option(
+      "--stock", files.stock,
+      "with --optimise feed: offset:MM, box, box:MM, cylinder, cylinder:MM or an STL file; default: "
+      "what the job's rapids allow for");
   planning->add_flag("!--no-proof", files.prove,
                      "do not hold the printed moves against the part; the program's header says so");
   planning->add_option("--progress", progress, "file that holds stage and percentage while it plans");
@@ -207,7 +214,7 @@ int run(int argc, char** argv) {
   if (beginning.called()) return beginning.run();
   if (measuring.called()) return measuring.run();
   if (tools.called()) return tools.run();
-  files.shortest_time = optimise == "time";
+  files.shortest_time = optimise == "time", files.engaged_feeds = optimise == "feed";
   if (planning->parsed()) return plan_command(files, each, progress);
   return posting.called() ? posting.run() : machines.run();
 }

@@ -10,6 +10,7 @@
 
 #include "config/avoided_faces.h"
 #include "config/fixture_meshes.h"
+#include "daemon/plan/moves_at_speeds.h"
 #include "daemon/post/end_ways.h"
 #include "daemon/post/near_singularity.h"
 #include "daemon/post/part_extent.h"
@@ -131,6 +132,8 @@ Result<void> OperationPlan::find_joints() {
   });
   if (!found) return found;
   turn_ = start_turn(held, job_, joints_.moves.front().joints);
+  own_moves_.clear();
+  options_ = options;
   time_joints(options);
   joints_known_ = true;
   return {};
@@ -247,6 +250,16 @@ Result<void> OperationPlan::find_plane_joints(const std::vector<AxisRun>& ways, 
   // The CL file has the path as one, for other machines.
   put_end_ways(held);
   return {};
+}
+
+void OperationPlan::run_at(const std::vector<SpeedStep>& steps, double least_seconds) {
+  if (own_moves_.empty()) own_moves_ = joints_.moves;
+  joints_.moves =
+      at_speeds(own_moves_, steps,
+                {job_.machine.model, options_.linear_decimals, options_.rotary_decimals, least_seconds});
+  joints_.report.seconds = 0.0;
+  for (const JointMove& move : joints_.moves) joints_.report.seconds += move.seconds;
+  time_joints(options_);
 }
 
 void OperationPlan::time_joints(const JointPathOptions& options) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "config/job.h"
+#include "daemon/plan/feed_profile.h"
 #include "daemon/plan/link_choice.h"
 #include "daemon/plan/stage_clock.h"
 #include "daemon/plan/start_turn.h"
@@ -41,6 +42,14 @@ class OperationPlan {
   Result<void> find_joints();
   /// The program's part that this operation is. It points into this object.
   PlannedProgram posted(const HeaderFacts& header) const;
+
+  /// The same way at other speeds, where it cuts: blocks are cut up where the speed changes. `least_seconds`:
+  /// of a block that is made shorter. Steps count in seconds of the joints that find_joints() found.
+  /// Properties: 1 The words pass through the same places. 2 No axis is faster than it can be. 3 Without
+  /// steps all is as it was. Requires: find_joints(); not in_planes().
+  void run_at(const std::vector<SpeedStep>& steps, double least_seconds);
+  /// Its program is in tilted planes.
+  bool in_planes() const { return !runs_.empty(); }
 
   /// On which side of home the tilt leans most, -1 or 1; 0: it stands at home.
   int tilt_side() const;
@@ -106,8 +115,10 @@ class OperationPlan {
   std::optional<std::size_t> limited_;
   JointPath joints_;
   bool joints_known_ = false;
-  std::vector<AxisRun> runs_;  ///< of joints_, each in a tilted plane; empty: the program is in none
-  ToolPath printed_;           ///< with runs_
+  std::vector<JointMove> own_moves_;  ///< of joints_ at the job's own feeds, after run_at()
+  JointPathOptions options_;          ///< of joints_
+  std::vector<AxisRun> runs_;         ///< of joints_, each in a tilted plane; empty: the program is in none
+  ToolPath printed_;                  ///< with runs_
   std::optional<StartTurn> turn_;
   Timing timing_;
 };

@@ -12,6 +12,7 @@
 #include "config/job_inputs.h"
 #include "config/part_reading.h"
 #include "daemon/plan/avoidance.h"
+#include "daemon/plan/engaged_feeds.h"
 #include "daemon/plan/header_figures.h"
 #include "daemon/plan/operation_plan.h"
 #include "daemon/plan/operations_before.h"
@@ -64,6 +65,8 @@ class Planning {
   Result<void> find_joints();
   Result<void> write();
   Result<void> prove();
+  Result<void> follow_engagement();
+  Result<MeasuredEngagement> measure();
   Result<void> write_others();
   Result<void> add(const std::string& path, const std::function<void(std::ostream&)>& write);
   Result<void> report();
@@ -85,6 +88,7 @@ class Planning {
   std::optional<PlannedProgram> posted_;
   Timing timing_;                              ///< of all operations, one after the other
   std::vector<ShortenedOperation> shortened_;  ///< by operation; empty: not asked
+  std::vector<FollowedFeeds> feeds_;           ///< likewise
   ProgramReport program_;
   std::optional<ProofFigures> proof_;
   std::optional<Avoidance> avoidance_;
@@ -290,6 +294,36 @@ Result<void> Planning::prove() {
   return state_figures(out, *proof_);
 }
 
+Result<MeasuredEngagement> Planning::measure() {
+  return clock_.time("engagement", [&] {
+    return measure_engagement({files_.job, files_.stl, files_.machine, files_.operation, files_.stock},
+                              outputs_.front().descriptor(),
+                              [&](double f) { return told_.show("engagement", f); });
+  });
+}
+
+/// Feeds of cuts by what the cutter has to do, until no load is larger than at the job's own feeds.
+Result<void> Planning::follow_engagement() {
+  if (!files_.engaged_feeds) return {};
+  std::vector<OperationPlan*> plans;
+  for (const auto& one : operations_) plans.push_back(one.get());
+  if (auto can = feeds_can_follow({plans.begin(), plans.end()}); !can) return can;
+  const auto before = measure();
+  if (!before) return tl::unexpected(before.error());
+  EngagedFeeds feeds(plans, *posted_, *before);
+  for (bool holds = false; !holds;) {
+    feeds.apply(seconds_on_link(job().machine, program_));
+    outputs_.clear(), prover_.reset(), posted_.reset();
+    for (const auto stage : {&Planning::open_program, &Planning::find_joints, &Planning::write})
+      if (auto done = (this->*stage)(); !done) return done;
+    const auto now = measure();
+    if (!now) return tl::unexpected(now.error());
+    holds = feeds.holds(*posted_, *now);
+  }
+  feeds_ = feeds.found();
+  return prove();
+}
+
 Result<void> Planning::add(const std::string& path, const std::function<void(std::ostream&)>& write) {
   if (path.empty()) return {};
   auto file = config::OutputFile::open(path);
@@ -338,6 +372,7 @@ Result<void> Planning::report() {
                       proof_,
                       avoidance_,
                       shortened_,
+                      feeds_,
                       clock_.times,
                       seconds(usage.ru_utime) + seconds(usage.ru_stime) + seconds(proof_usage.ru_utime) +
                           seconds(proof_usage.ru_stime),
@@ -352,8 +387,9 @@ Result<void> Planning::report() {
 }
 
 Result<std::string> Planning::run() {
-  for (const auto stage : {&Planning::load, &Planning::plan_paths, &Planning::shorten_operations,
-                           &Planning::program, &Planning::write_others, &Planning::report})
+  for (const auto stage :
+       {&Planning::load, &Planning::plan_paths, &Planning::shorten_operations, &Planning::program,
+        &Planning::follow_engagement, &Planning::write_others, &Planning::report})
     if (auto done = (this->*stage)(); !done) return tl::unexpected(done.error());
   return what_was_done_;
 }

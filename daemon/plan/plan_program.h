@@ -20,6 +20,8 @@ struct PlanFiles {
   std::string drawing;                 ///< the blocks for a viewer, see path_drawing.h
   bool prove = true, as_json = false;  ///< as_json: of what is returned
   bool shortest_time = false;          ///< the pattern may be another that leaves no more and is quicker
+  bool engaged_feeds = false;          ///< the feed of cuts follows what the cutter has to do
+  std::string stock;                   ///< with engaged_feeds: as `tiltfeed verify` has it
   bool alone = false;                  ///< only text and part came along: other files are refused
 };
 

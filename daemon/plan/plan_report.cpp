@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "daemon/plan/feed_report.h"
 #include "daemon/plan/formatted.h"
 
 namespace tiltfeed::daemon {
@@ -261,6 +262,8 @@ std::string report_json(const PlanOutcome& o) {
   if (several)
     for (const OperationPlan* one : o.operations) json["operations"].push_back(operation_json(*one));
   if (!o.shortened.empty()) json["shortest_time"] = shortened_json(o);
+  if (!o.feeds.empty())
+    json["feed_by_engagement"] = nlohmann::ordered_json::parse(feeds_json(o.feeds, o.operations));
   json["stages"] = nlohmann::ordered_json::object();
   double wall = 0.0;
   for (const pathgen::StageTime& t : o.times)
@@ -428,7 +431,7 @@ std::string report_text(const PlanOutcome& o) {
   }
   const config::Job& job = o.operations.front()->job();
   text += motion_text({job.machine.model, joints_of_all(o.operations), o.program, o.timing, o.starved});
-  text += shortened_text(o);
+  text += shortened_text(o) + feeds_text(o.feeds, o.operations);
   text += bounds_text(o.operations, job.machine.model);
   for (const OperationPlan* one : o.operations)
     if (one->turn()) text += start_turn_text(*one->turn(), one->job());

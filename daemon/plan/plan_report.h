@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "daemon/plan/avoidance.h"
+#include "daemon/plan/engaged_feeds.h"
 #include "daemon/plan/operation_plan.h"
 #include "daemon/plan/proof_process.h"
 #include "daemon/post/block.h"
@@ -32,6 +33,7 @@ struct PlanOutcome {
   std::optional<ProofFigures> proof;          ///< nothing: --no-proof
   std::optional<Avoidance> avoidance;         ///< nothing: the first program was proven, or none asked
   std::vector<ShortenedOperation> shortened;  ///< by operation; empty: not asked
+  std::vector<FollowedFeeds> feeds;           ///< likewise
   std::vector<pathgen::StageTime> times;      ///< of all stages, in order
   double cpu_seconds = 0.0;
   double peak_memory_mb = 0.0;

@@ -100,8 +100,10 @@ double ProgramText::tip_feed(const Operation& op, const JointMove& move) const {
   const auto after =
       std::upper_bound(op.feeds.begin(), op.feeds.end(), move.move,
                        [](std::uint32_t m, const FeedChange& change) { return m < change.move; });
-  if (after != op.feeds.begin()) return std::prev(after)->feed.mm_per_min();
-  return (move.kind == MoveKind::kPlunge ? op.plunge_feed : op.cut_feed).mm_per_min();
+  const Feed feed = after != op.feeds.begin()        ? std::prev(after)->feed
+                    : move.kind == MoveKind::kPlunge ? op.plunge_feed
+                                                     : op.cut_feed;
+  return feed.mm_per_min() * move.speed;
 }
 
 char* ProgramText::feed(char* out, const Operation& op, std::size_t index, State& state, Piece& piece) const {

@@ -16,6 +16,7 @@ struct JointMove {
   double seconds = 0.0;  ///< at feed; for a rapid at axis speed
   MoveKind kind = MoveKind::kRapid;
   std::uint32_t move = 0;  ///< index into ToolPath::moves of the move that this block belongs to
+  double speed = 1.0;      ///< share of the path's feed; `seconds` counts with it
 };
 
 /// What is known of the space about the work: nothing (part, stock, clamp) is higher than `height` above part
@@ -63,6 +64,8 @@ struct JointPath {
       reconfigured;  ///< the path with its reconfigurations, whose moves `move` then counts
   /// With `reconfigured`, by its moves: the move of the planned path that it is, or after which it is put in.
   std::vector<std::uint32_t> planned;
+  /// Of words under TCP, by block: the move of the joint path that it ends with.
+  std::vector<std::uint32_t> ends{};
 };
 
 /// Axis by axis.

@@ -91,16 +91,18 @@ JointPath Joiner::join() {
   out.moves.reserve(moves.size());
   if (moves.empty()) return out;
   out.moves.push_back({words(0), moves[0].seconds, moves[0].kind, moves[0].move});
+  out.ends.push_back(0);
   double seconds = 0.0;
   for (std::size_t from = 0; from + 1 < moves.size();) {
     std::size_t to = from + 1;
-    while (to + 1 < moves.size() && moves[to + 1].move == moves[to].move && to + 1 - from <= kMostJoined &&
-           fits(from, to + 1))
+    while (to + 1 < moves.size() && moves[to + 1].move == moves[to].move &&
+           moves[to + 1].speed == moves[to].speed && to + 1 - from <= kMostJoined && fits(from, to + 1))
       ++to;
     for (std::size_t i = from + 1; i <= to; ++i) seconds += moves[i].seconds;
     const Joints next = words(to);
     if (next != out.moves.back().joints) {
-      out.moves.push_back({next, seconds, moves[to].kind, moves[to].move});
+      out.moves.push_back({next, seconds, moves[to].kind, moves[to].move, moves[to].speed});
+      out.ends.push_back(static_cast<std::uint32_t>(to));
       seconds = 0.0;
     }
     from = to;

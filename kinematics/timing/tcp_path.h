@@ -23,7 +23,7 @@ struct TcpOptions {
 /// The words (in the places of the joints), with blocks of one move joined where the tip needs no point
 /// between and the axis stays within tolerance (K7). Properties: the first block is that of `path`; the last
 /// block of each move is kept; |da|, |dc| < 180 degrees in every block of feed; a block that would change no
-/// word is left out.
+/// word is left out; blocks of another speed are not joined.
 JointPath words_under_tcp(const JointPath& path, const MachineModel& machine, const Setup& setup,
                           const TcpOptions& options);
 

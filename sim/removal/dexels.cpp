@@ -103,7 +103,8 @@ void Dexels::add(Stripe& s, std::uint32_t line, Piece piece) {
   s.nodes[at].next = kNone;
 }
 
-std::int64_t Dexels::remove(Stripe& s, std::uint32_t line, Piece cut, Piece& longest) {
+std::int64_t Dexels::remove(Stripe& s, std::uint32_t line, Piece cut, Piece& longest,
+                            const Point<Part>& origin, std::vector<Removed>* gone_pieces) {
   std::int64_t removed = 0;
   std::uint32_t before = kNone;
   for (std::uint32_t at = line; at != kNone;) {
@@ -115,6 +116,7 @@ std::int64_t Dexels::remove(Stripe& s, std::uint32_t line, Piece cut, Piece& lon
       continue;
     }
     removed += gone.high - gone.low;
+    if (gone_pieces != nullptr) gone_pieces->push_back({origin, gone.low * kUnit, gone.high * kUnit});
     if (gone.high - gone.low > longest.high - longest.low) longest = gone;
     if (gone.low > piece.low && gone.high < piece.high) {  // in two
       const Piece above{gone.high, piece.high};
@@ -188,7 +190,7 @@ double Dexels::lowest(const SweptBody& body, const Sheet& shadow, int tile_u, in
   return std::max(component(body.low, axis_), core - body.radius + beside * beside / (2.0 * body.radius));
 }
 
-Cut Dexels::cut(int stripe, const SweptBody& body, bool measure) {
+Cut Dexels::cut(int stripe, const SweptBody& body, bool measure, std::vector<Removed>* gone) {
   Stripe& s = stripes_[stripe];
   Cut result;
   const Range r = range(body.low, body.high, s);
@@ -225,7 +227,7 @@ Cut Dexels::cut(int stripe, const SweptBody& body, bool measure) {
                                      first.next == kNone ? std::min(high, first.piece.high * kUnit) : high);
           if (!inside) continue;
           Piece longest;
-          removed += remove(s, line, {to_units(inside->enter), to_units(inside->leave)}, longest);
+          removed += remove(s, line, {to_units(inside->enter), to_units(inside->leave)}, longest, foot, gone);
           if (!measure || longest.low >= longest.high) continue;
           std::array<double, 3> p{foot.x, foot.y, foot.z};
           p[axis_] = 0.5 * kUnit * (static_cast<double>(longest.low) + longest.high);

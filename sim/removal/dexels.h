@@ -28,6 +28,12 @@ struct Prism {
 /// The triangle pushed along its normal by `height`.
 Prism prism(const std::array<Point<Part>, 3>& triangle, double height);
 
+/// Material that was on a line through `origin` and is taken away, mm along the line.
+struct Removed {
+  Point<Part> origin;
+  double low = 0.0, high = 0.0;
+};
+
 /// What one body did to the lines of one stripe.
 struct Cut {
   std::int64_t removed = 0;  ///< length, units
@@ -71,8 +77,8 @@ class Dexels {
   /// The stripes in which a body can meet material that is there now, [first, second). May be asked while
   /// other threads cut.
   std::pair<int, int> stripes(const SweptBody& body) const;
-  /// Takes the body away. `measure`: also find `deepest`.
-  Cut cut(int stripe, const SweptBody& body, bool measure);
+  /// Takes the body away. `measure`: also find `deepest`. `gone`: what is taken away is put behind it.
+  Cut cut(int stripe, const SweptBody& body, bool measure, std::vector<Removed>* gone = nullptr);
   /// Takes note of how far up and down material reaches; call after filling, before cutting.
   void settle(int stripe);
 
@@ -129,7 +135,8 @@ class Dexels {
     return v;
   }
   void add(Stripe& stripe, std::uint32_t line, Piece piece);
-  std::int64_t remove(Stripe& stripe, std::uint32_t line, Piece piece, Piece& longest);
+  std::int64_t remove(Stripe& stripe, std::uint32_t line, Piece piece, Piece& longest,
+                      const Point<Part>& origin, std::vector<Removed>* gone);
   void bound_tile(Stripe& stripe, int tile_u, int tile_v) const;
   /// The stripes whose lines could meet what is in a box, [first, second).
   std::pair<int, int> stripes_at(Vec3 low, Vec3 high) const;

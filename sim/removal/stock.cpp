@@ -232,6 +232,15 @@ StockShape default_stock(const config::Job& job) {
   return {StockKind::kOffset, 0.5 * job.plan.links.approach, {}};
 }
 
+double default_cell(const config::Job& job, const pathgen::CheckedMesh& part) {
+  // A tenth of the cutter, and so many cells along the part's longest side at most.
+  constexpr double kCellsPerDiameter = 10.0, kCellsPerSide = 1500.0;
+  const Vec3 size = part.bounds.max - part.bounds.min;
+  const double cell = std::max(job.plan.cutter.diameter / kCellsPerDiameter,
+                               std::max({size.x, size.y, size.z}) / kCellsPerSide);
+  return std::ceil(cell * 100.0) / 100.0;
+}
+
 std::string to_string(const StockShape& shape) {
   switch (shape.kind) {
     case StockKind::kOffset:

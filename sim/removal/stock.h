@@ -32,6 +32,8 @@ Result<StockShape> parse_stock(const std::string& text);
 /// at plunge feed, so that its rapids may end where they do; for a roughing pattern the part's box.
 StockShape default_stock(const config::Job& job);
 std::string to_string(const StockShape& shape);
+/// The distance of its lines where nobody states one, mm: a tenth of the cutter, more for a large part.
+double default_cell(const config::Job& job, const pathgen::CheckedMesh& part);
 
 struct Stock {
   std::vector<Dexels> bundles;  ///< along some of x, y, z

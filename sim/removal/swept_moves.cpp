@@ -45,7 +45,8 @@ Stand::Stand(const config::Job& job, const ExecutedPath& path, const Stock& stoc
       top_(solid_.top()),
       least_(solid_.narrowest()),
       cell_(stock.cell),
-      feed_(std::max(job.plan.cut_feed.mm_per_min(), job.plan.plunge_feed.mm_per_min())) {}
+      feed_(std::max({job.feeds.highest.mm_per_min(), job.plan.cut_feed.mm_per_min(),
+                      job.plan.plunge_feed.mm_per_min()})) {}
 
 /// In how many parts of the turn no piece of the tool is off by more than what the upper end may be.
 double Stand::turn_pieces(const Pose& from, const Pose& to) const {

@@ -33,8 +33,6 @@ namespace {
 
 constexpr int kDone = 0, kFailed = 1, kWrongUse = 2, kIncomplete = 3;
 constexpr double kFinest = 1e-3, kCoarsest = 50.0;
-// Without --resolution: a tenth of the cutter, and so many cells along the part's longest side at most.
-constexpr double kCellsPerDiameter = 10.0, kCellsPerSide = 1500.0;
 
 // Nothing is written before all of the report is made, so there is nothing to put in order: the process ends
 // at once, whatever it is at. Only what a signal handler may call.
@@ -51,13 +49,6 @@ extern "C" void cancel_simulation(int) {
 int report(const Error& error) {
   std::cerr << "tiltfeed verify: " << error.message << "\n";
   return error.code == Code::kUsage ? kWrongUse : kFailed;
-}
-
-double default_cell(const config::Job& job, const pathgen::CheckedMesh& part) {
-  const Vec3 size = part.bounds.max - part.bounds.min;
-  const double cell = std::max(job.plan.cutter.diameter / kCellsPerDiameter,
-                               std::max({size.x, size.y, size.z}) / kCellsPerSide);
-  return std::ceil(cell * 100.0) / 100.0;
 }
 
 /// Why the stock is what nobody said that it is.

@@ -57,7 +57,12 @@ const std::vector<BadText> kBadJobs = {
     {"clearance_mm: 5\n", "", "1:1", "missing key 'clearance_mm'"},
     {"machine: ../machines/generic-ac.yaml\n", "", "1:1", "missing key 'machine'"},
     {"feeds: {cut_mm_per_min: 1000, plunge_mm_per_min: 300, spindle_rpm: 9000}", "feeds:", "15:1",
-     "expected the keys cut_mm_per_min, plunge_mm_per_min, spindle_rpm, found nothing"},
+     "expected the keys cut_mm_per_min, plunge_mm_per_min, spindle_rpm, highest_mm_per_min, "
+     "lowest_mm_per_min, load_percent, change_percent_per_mm, found nothing"},
+    {"spindle_rpm: 9000", "highest_mm_per_min: 0", "15:75", "above 0 and at most 100000"},
+    {"spindle_rpm: 9000", "lowest_mm_per_min: 1e6", "15:74", "above 0 and at most 100000"},
+    {"spindle_rpm: 9000", "load_percent: 5", "15:69", "at least 10 and at most 100"},
+    {"spindle_rpm: 9000", "change_percent_per_mm: -1", "15:78", "at least 0 and at most 1000"},
     {"{along: y, direction: one_way, side_step_mm: 0.5}", "[1]", "10:10", "found a list of 1"},
     {"tolerance_mm: 0.02", "tolerance_mm:", "11:1", "expected a number of mm, found nothing"},
     {"tolerance_mm: 0.02", "tolerance_mm: 0.02\nstock: {axial_mm: 0.1}\npoints: {axis_tolerance_deg: 2}",

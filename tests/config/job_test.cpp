@@ -75,6 +75,8 @@ TEST(Job, ReadsEveryValue) {
   EXPECT_EQ(plan.links.approach, 1.0);
   EXPECT_EQ(plan.cut_feed.mm_per_min(), 1000.0);
   EXPECT_EQ(plan.plunge_feed.mm_per_min(), 300.0);
+  EXPECT_EQ(job.feeds.highest.mm_per_min(), 1000.0);
+  EXPECT_EQ(job.feeds.lowest.mm_per_min(), 200.0);
   EXPECT_EQ(job.spindle_rpm, 9000.0);
   EXPECT_EQ(job.setup.part_zero, (Vec3{1, 2, 3}));
   EXPECT_EQ(job.setup.tool_length, 100.0);
@@ -243,6 +245,10 @@ TEST(Job, DescribesEveryValue) {
            "feeds.cut_mm_per_min: 1000\n",
            "feeds.plunge_mm_per_min: 300\n",
            "feeds.spindle_rpm: 9000\n",
+           "feeds.highest_mm_per_min: 1000\n",
+           "feeds.lowest_mm_per_min: 200\n",
+           "feeds.load_percent: 100\n",
+           "feeds.change_percent_per_mm: 0\n",
            "setup.part_zero_mm: [1, 2, 3]\n",
            "setup.tilt_max_deg: 180\n",
            "setup.tool_length_mm: 100\n",
