@@ -264,13 +264,11 @@ void OperationPlan::run_at(const std::vector<SpeedStep>& steps, double least_sec
 
 void OperationPlan::time_joints(const JointPathOptions& options) {
   timing_ = clock_.time("timing", [&] {
-    const config::ProgramFormat& format = job_.machine.format;
     std::vector<JointMove> started = start_moves(job_.machine, job_.setup, joints_.moves);
     const std::size_t before = started.empty() ? 0 : started.size() - 1;
     if (before > 0) started.insert(started.end(), joints_.moves.begin() + 1, joints_.moves.end());
-    Timing timing =
-        time_blocks(before > 0 ? started : joints_.moves, job_.machine.model,
-                    rounded_off_by(format, options.tolerance), options.axis_tolerance, corners_of(format));
+    Timing timing = time_moves(before > 0 ? started : joints_.moves, job_.machine, options.tolerance,
+                               options.axis_tolerance);
     // Of the blocks of the path alone.
     timing.durations.erase(timing.durations.begin(),
                            timing.durations.begin() + static_cast<std::ptrdiff_t>(before));

@@ -9,6 +9,7 @@
 #include "daemon/post/printed_path.h"
 #include "daemon/post/tcp_start.h"
 #include "kinematics/cl_text/safe_approach.h"
+#include "kinematics/timing/control_timing.h"
 #include "kinematics/timing/tcp_path.h"
 
 namespace tiltfeed::daemon {
@@ -166,8 +167,7 @@ Result<Posted> post(const AptProgram& program, const std::string& name,
     out.posting.operations.back().smoothing_tolerance = options.data.smoothing_tolerance;
     put_arcs(out.posting.operations.back(), format, options.data.arc_tolerance, out.words);
   }
-  out.timing = time_blocks(all, machine.model, rounded_off_by(format, options.tolerance),
-                           options.axis_tolerance, corners_of(format));
+  out.timing = time_moves(all, machine, options.tolerance, options.axis_tolerance);
   out.posting.seconds = out.timing.seconds;
   // Of the blocks of the operations alone.
   for (auto start = starts.rbegin(); start != starts.rend(); ++start) {
@@ -175,6 +175,19 @@ Result<Posted> post(const AptProgram& program, const std::string& name,
     out.timing.durations.erase(at, at + static_cast<std::ptrdiff_t>(start->second));
   }
   return out;
+}
+
+Timing time_moves(const std::vector<JointMove>& moves, const config::MachineProfile& machine,
+                  double tolerance, double axis_tolerance) {
+  const config::ProgramFormat& format = machine.format;
+  const Corners corners = corners_of(format);
+  // LinuxCNC's rules are measured on it.
+  if (corners != Corners::kBlended || !machine.model.blends_rotary)
+    return time_blocks(moves, machine.model, rounded_off_by(format, tolerance), axis_tolerance, corners);
+  const bool inverse = !format.tcp && format.feed_mode == config::FeedMode::kInverseTime;
+  return time_on_control(moves, machine.model,
+                         {machine.control.corner_time, static_cast<std::size_t>(machine.control.look_ahead),
+                          inverse ? 60.0 / format.max_inverse_time : 0.0});
 }
 
 }  // namespace tiltfeed::daemon

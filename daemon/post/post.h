@@ -46,4 +46,8 @@ inline double rounded_off_by(const config::ProgramFormat& format, double toleran
   return format.path_control == config::PathControl::kBlend ? kBlendWord * format.blend_tolerance : tolerance;
 }
 
+/// Times of joint moves on the control of this profile, whose post has these tolerances (mm, degrees).
+Timing time_moves(const std::vector<JointMove>& moves, const config::MachineProfile& machine,
+                  double tolerance, double axis_tolerance);
+
 }  // namespace tiltfeed::daemon

@@ -9,6 +9,7 @@
 #include <map>
 #include <sstream>
 
+#include "kinematics/basics/decimal.h"
 #include "kinematics/timing/tcp_path.h"
 #include "sim/control/control_reader.h"
 #include "sim/control/move_frames.h"
@@ -224,8 +225,7 @@ TEST_P(TcpStart, TheTimeCountsTheTurnOfTheTable) {
   EXPECT_LE(more, turn + 2.0 * static_cast<double>(blocks)) << "accelerations, too";
   EXPECT_EQ(more > 0.0, m.structure != Structure::kHeadHead);
   EXPECT_EQ(posted_.timing.durations.size(), without->timing.durations.size());
-  char stated[40];
-  std::snprintf(stated, sizeof stated, " time %.1f s)", posted_.timing.seconds);
+  const std::string stated = " time " + decimal(posted_.timing.seconds, 1) + " s)";
   EXPECT_NE(text_.find(stated), std::string::npos) << stated;
 }
 

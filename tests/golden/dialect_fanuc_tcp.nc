@@ -6,7 +6,7 @@ O0042 (bracket 7)
 (TILTFEED part zero 30 -10 50 mm)
 (TILTFEED X Y Z are fixed to the table at home)
 (TILTFEED No.19696 bit 5 is 0, No.1401 bit 1 is 1)
-(TILTFEED blocks 21 time 11.9 s)
+(TILTFEED blocks 21 time 11.8 s)
 G21 G90 G17 G40 G80 G94 G54
 G91 G28 Z0.
 G90

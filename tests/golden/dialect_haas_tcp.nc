@@ -5,7 +5,7 @@ O00042 (bracket 7)
 (TILTFEED tool length 100 mm is planned, TCP takes the control's)
 (TILTFEED part zero 30 -10 50 mm)
 (TILTFEED X Y Z are fixed to the table at home)
-(TILTFEED blocks 21 time 11.9 s)
+(TILTFEED blocks 21 time 11.8 s)
 G21 G90 G17 G40 G80 G94 G54
 G0 G53 Z0.
 G49
