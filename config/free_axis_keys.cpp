@@ -45,4 +45,14 @@ void set_default_turns(const MachineModel& machine, pathgen::PlanOptions& plan) 
   if (turn.radians() == 0.0) turn = default_turn(machine, plan.cutter, plan.cut_feed);
 }
 
+pathgen::RapidRates rapid_rates(const MachineModel& machine) {
+  constexpr double kSeconds = 60.0;  // a minute
+  pathgen::RapidRates rates;
+  rates.linear = {std::min({machine.x.velocity, machine.y.velocity, machine.z.velocity}) / kSeconds,
+                  std::min({machine.x.acceleration, machine.y.acceleration, machine.z.acceleration})};
+  if (machine.tilt.present) rates.tilt = {machine.tilt.velocity / kSeconds, machine.tilt.acceleration};
+  if (machine.rotary.present) rates.table = {machine.rotary.velocity / kSeconds, machine.rotary.acceleration};
+  return rates;
+}
+
 }  // namespace tiltfeed::config

@@ -210,6 +210,7 @@ Result<Job> parse_tree(const YamlNode& tree, const std::string& path, const JobF
     job.plan.tolerance -= job.tessellation;
   }
   set_default_turns(job.machine.model, job.plan);
+  job.plan.links.rapid = rapid_rates(job.machine.model);
   return job;
 }
 

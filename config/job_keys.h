@@ -53,7 +53,9 @@ void read_free_axis(const Section& root, const Section& axis, pathgen::FreeAxis&
 Angle default_turn(const MachineModel& machine, const pathgen::Cutter& cutter, Feed feed);
 /// Sets the turns that the job leaves to it.
 void set_default_turns(const MachineModel& machine, pathgen::PlanOptions& plan);
-/// The same in the mode indexed.
+/// What the machine's axes can do on rapids: of X Y Z the slowest.
+pathgen::RapidRates rapid_rates(const MachineModel& machine);
+/// As read_free_axis(), in the mode indexed.
 void read_indexed_axis(const Section& root, const Section& axis, pathgen::IndexedAxis& indexed,
                        const pathgen::Cutter& cutter);
 pathgen::Pattern read_pattern(const Section& root, const pathgen::PlanOptions& plan);

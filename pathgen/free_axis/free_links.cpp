@@ -9,6 +9,7 @@
 #include "pathgen/linking/linking.h"
 #include "pathgen/linking/nearest_ends.h"
 #include "pathgen/linking/opposite_wall.h"
+#include "pathgen/linking/run_order.h"
 
 namespace tiltfeed::pathgen {
 
@@ -26,6 +27,9 @@ constexpr int kSphereHalvings = 8;
 constexpr double kOutwards = -1e-6;
 /// A short way is tried where it is not longer than so many clearances, and turns by at most this (rad).
 constexpr double kShortWay = 6.0, kShortTurn = 1.0;
+
+/// Of the work, the order of the nearest ends; the other is linked after it.
+constexpr double kNearestShare = 0.5;
 
 PlanOptions grown(PlanOptions options, double by) {
   options.allowance += by;
@@ -57,14 +61,15 @@ class RunLinker {
     step_ = std::sqrt(8.0 * tool_.ball() * options.tolerance);
   }
 
-  FreeLinked run(const std::vector<ToolAxisRun>& runs, bool reversible, const ReportShare& report) {
+  /// From the nearest end to the nearest end that is left.
+  FreeLinked run_nearest(const std::vector<ToolAxisRun>& runs, bool reversible, const ReportShare& report) {
     std::vector<Point<Part>> ends;
     for (const ToolAxisRun& r : runs)
       ends.push_back(r.front().point.centre), ends.push_back(r.back().point.centre);
     NearestEnds left(ends);
     if (!reversible)
       for (std::uint32_t i = 0; i < runs.size(); ++i) left.remove(2 * i + 1);
-    Point<Part> at = centre_ + admissible_.up() * radius_;
+    Point<Part> at = start();
     Watch watch(report, runs.size());
     while (const auto end = watch.next() ? left.nearest(at) : std::nullopt) {
       const ToolAxisRun& next = runs[*end / 2];
@@ -74,12 +79,47 @@ class RunLinker {
       if (!add(next, reversed)) continue;
       at = reversed ? next.front().point.centre : next.back().point.centre;
     }
+    return finished();
+  }
+
+  FreeLinked run_in_order(const std::vector<ToolAxisRun>& runs, const std::vector<OrderedRun>& order,
+                          const ReportShare& report) {
+    Watch watch(report, order.size());
+    for (const OrderedRun& next : order) {
+      if (!watch.next()) break;
+      add(runs[next.run], next.reversed);
+    }
+    return finished();
+  }
+
+  LinkTime link_time() const {
+    const double plunge = options_.plunge_feed.mm_per_min() / 60.0;
+    return LinkTime({.rapid = options_.links.rapid,
+                     .up = admissible_.up(),
+                     .centre = centre_,
+                     .radius = radius_,
+                     .lift = options_.links.clearance,
+                     .short_way = kShortWay * options_.links.clearance,
+                     .short_turn = Angle::from_radians(kShortTurn),
+                     .plunge_seconds = options_.links.approach / plunge});
+  }
+
+  std::vector<OrderedRun> order(const std::vector<ToolAxisRun>& runs, bool reversible,
+                                const LinkTime& time) const {
+    std::vector<RunEnds> ends;
+    for (const ToolAxisRun& r : runs) ends.push_back({pose(r.front(), 0.0), pose(r.back(), 0.0)});
+    return order_runs(ends, reversible, time, start(), admissible_.up());
+  }
+
+ private:
+  Point<Part> start() const { return centre_ + admissible_.up() * radius_; }
+
+  FreeLinked finished() {
     if (down_) retract();
     out_.tested += joins_.tested();
     return std::move(out_);
   }
 
- private:
   bool add(const ToolAxisRun& run, bool reversed) {
     const auto point = [&](std::size_t i) -> const ToolAxisPoint& {
       return run[reversed ? run.size() - 1 - i : i];
@@ -299,7 +339,21 @@ class RunLinker {
 FreeLinked link_runs(const std::vector<ToolAxisRun>& runs, bool reversible, const Admissibility& admissible,
                      const ToolAxisOptions& how, const PlanOptions& options,
                      const std::vector<std::uint32_t>& source, const ReportShare& report) {
-  return RunLinker(admissible, how, options, source).run(runs, reversible, report);
+  const bool ordered = runs.size() > 2 && runs.size() <= kMostOrderedRuns;
+  RunLinker linker(admissible, how, options, source);
+  const LinkTime time = linker.link_time();
+  FreeLinked nearest =
+      linker.run_nearest(runs, reversible, part_of(report, 0.0, ordered ? kNearestShare : 1.0));
+  if (!ordered || (report && !report(kNearestShare))) return nearest;
+  RunLinker other(admissible, how, options, source);
+  FreeLinked quick =
+      other.run_in_order(runs, other.order(runs, reversible, time), part_of(report, kNearestShare, 1.0));
+  quick.tested += nearest.tested;
+  nearest.tested = quick.tested;
+  const bool better =
+      quick.skipped_runs < nearest.skipped_runs ||
+      (quick.skipped_runs == nearest.skipped_runs && time.of(quick.moves) < time.of(nearest.moves));
+  return better ? std::move(quick) : std::move(nearest);
 }
 
 }  // namespace tiltfeed::pathgen

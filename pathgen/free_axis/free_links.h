@@ -22,10 +22,10 @@ struct FreeLinked {
   std::uint64_t tested = 0;        ///< poses held against the part
 };
 
-/// `how`: the runs were oriented. Each run is travelled once, from the nearest end that is left; backwards
-/// only where `reversible`. Properties: on links the whole tool is clear of the part, and outside the sphere,
-/// `options.links.clearance` from everything; every pose keeps the tilt limit. `source`: Mesh::source. When
-/// the user stops it, the moves are not all there.
+/// `how`: the runs were oriented. Each run is travelled once, backwards only where `reversible`; in the
+/// quicker of two orders, (J5). Properties: on links the whole tool is clear of the part, and outside the
+/// sphere, `options.links.clearance` from everything; every pose keeps the tilt limit. `source`:
+/// Mesh::source. When the user stops it, the moves are not all there.
 FreeLinked link_runs(const std::vector<ToolAxisRun>& runs, bool reversible, const Admissibility& admissible,
                      const ToolAxisOptions& how, const PlanOptions& options,
                      const std::vector<std::uint32_t>& source, const ReportShare& report = {});

@@ -90,11 +90,20 @@ struct Lean {
   Angle max_turn;  ///< of the lean, per mm of the CL point's way on a pass
 };
 
+/// How fast the machine moves where nothing is cut, about: by these the order of passes is chosen.
+struct RapidRates {
+  struct Axis {
+    double velocity = 0.0, acceleration = 0.0;  ///< mm and degrees; per s, per s^2
+  };
+  Axis linear{250.0, 2000.0}, tilt{60.0, 600.0}, table{120.0, 600.0};
+};
+
 struct LinkingOptions {
   double clearance = 0.0;      ///< of the clearance surface over the highest CL point, mm
   double approach = 0.0;       ///< the last part of an approach, travelled at plunge feed, mm
   double join_distance = 0.0;  ///< passes whose ends are at most this far apart are joined on the surface, mm
   double lead_radius = 0.0;  ///< of tangential arcs into and out of each pass, mm; 0: straight down the axis
+  RapidRates rapid{};
 };
 
 /// What the tool axis should be where it is free, and how the part is sliced.
