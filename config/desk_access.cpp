@@ -6,6 +6,7 @@
 #include <charconv>
 #include <filesystem>
 
+#include "config/queue_key.h"
 #include "config/section.h"
 #include "config/yaml_tree.h"
 
@@ -44,10 +45,10 @@ Result<DeskAccess> parse(const std::string& text, const std::string& path, bool 
   const Result<YamlNode> tree = parse_yaml(text, path);
   if (!tree) return tl::unexpected(tree.error());
   Complaint complaint(path);
-  const Section root(
-      *tree, "",
-      {"listen", "names", "users", "tokens", "certificate", "key", "behind_proxy", "webhooks", "state"},
-      complaint);
+  const Section root(*tree, "",
+                     {"listen", "names", "users", "tokens", "certificate", "key", "behind_proxy", "webhooks",
+                      "state", "queue"},
+                     complaint);
   const auto file = [&](const char* key) {
     const std::string name = root.text(key, "");
     if (name.empty()) return name;
@@ -75,6 +76,10 @@ Result<DeskAccess> parse(const std::string& text, const std::string& path, bool 
   if (access.is_https() && access.names.empty())
     root.complain("listen", "names are needed with TLS: by which name browsers address the page");
   read_webhook_keys(root, path, secrets, access);
+  access.queue = root.text("queue", "");
+  if (!access.queue.empty() && root.sound("queue"))
+    if (const Result<void> good = check_queue_url(access.queue); !good)
+      root.complain("queue", good.error().message);
   if (complaint.error()) return tl::unexpected(*complaint.error());
   return access;
 }

@@ -20,6 +20,7 @@ struct DeskAccess {
   bool behind_proxy = false;       ///< TLS is a reverse proxy's
   std::vector<Webhook> webhooks;   ///< who is told of runs that are done or end in a fault
   std::string state;               ///< folder of what outlives the desk; empty: there are no webhooks
+  std::string queue;  ///< address of the shop's queue, which `--shop` shows; empty: not said here
 
   bool is_https() const { return behind_proxy || !certificate.empty(); }
 };

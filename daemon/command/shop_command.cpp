@@ -6,79 +6,25 @@
 
 #include "daemon/command/command.h"
 #include "daemon/command/shop_session.h"
+#include "daemon/command/shop_view.h"
+#include "daemon/command/shop_watch.h"
 #include "daemon/shop/shop_orders.h"
 
 namespace tiltfeed::daemon {
 
-namespace {
-
 using nlohmann::ordered_json;
-
-ordered_json view_json(const ShopView& view) {
-  ordered_json json = {{"ok", true}, {"epoch", view.epoch}, {"halted", view.halted}};
-  json["machines"] = ordered_json::array();
-  for (const ShopMachine& one : view.machines)
-    json["machines"].push_back({{"id", one.id},
-                                {"name", one.name},
-                                {"status", one.status},
-                                {"silent_seconds", one.silent_seconds},
-                                {"back", one.back},
-                                {"away", one.away}});
-  json["jobs"] = ordered_json::array();
-  for (const ShopEntry& one : view.jobs)
-    json["jobs"].push_back({{"job", one.number},
-                            {"id", one.id},
-                            {"name", one.name},
-                            {"state", one.state},
-                            {"note", one.note},
-                            {"machine", one.machine},
-                            {"program", one.program},
-                            {"needs", one.needs},
-                            {"blocks", one.blocks},
-                            {"executed", one.executed},
-                            {"submitted", one.submitted},
-                            {"fits_one", one.fits_one},
-                            {"why_not", one.why_not}});
-  return json;
-}
-
-std::string machine_line(const ShopMachine& one) {
-  char seconds[40];
-  std::snprintf(seconds, sizeof seconds, "%.0f s ago", one.silent_seconds);
-  return "  " + one.name + " (" + one.id.substr(0, 8) + ")  " +
-         (one.away ? std::string("left in order ") : std::string("seen ")) + seconds +
-         (one.back ? "" : ", has not told its part since the database's start") +
-         (one.status.empty() ? "" : ": " + one.status) + "\n";
-}
-
-std::string view_text(const ShopView& view) {
-  std::string text =
-      "epoch " + std::to_string(view.epoch) + (view.halted.empty() ? "" : ", halted: " + view.halted) + "\n";
-  text += "machines:" + std::string(view.machines.empty() ? " none yet" : "") + "\n";
-  for (const ShopMachine& one : view.machines) text += machine_line(one);
-  text += "jobs:" + std::string(view.jobs.empty() ? " none" : "") + "\n";
-  for (const ShopEntry& one : view.jobs) {
-    text += "  " + std::to_string(one.number) + "  " + one.state + "  " + one.name +
-            (one.machine.empty() ? "" : " at " + one.machine);
-    if (one.blocks > 0)
-      text += ", " + std::to_string(one.executed) + " of " + std::to_string(one.blocks) + " blocks";
-    text += "  [" + one.needs + "]" + (one.note.empty() ? "" : "  (" + one.note + ")") + "\n";
-    if (!one.fits_one) text += "      no machine fits: " + one.why_not + "\n";
-  }
-  return text;
-}
-
-}  // namespace
 
 struct ShopCommand::Options {
   CLI::App *shop = nullptr, *init = nullptr, *list = nullptr, *release = nullptr, *withdraw = nullptr,
-           *raise = nullptr;
+           *raise = nullptr, *watch = nullptr;
   ShopPlace place;
+  std::string into;
   std::uint64_t job = 0;
   bool as_json = false, all = false, yes = false;
 
   int tell(const Result<void>& done, const ordered_json& answer, const std::string& text) const;
   int run_list() const;
+  int run_init() const;
   int run_raise() const;
   int run_take_back(bool open) const;
 };
@@ -94,7 +40,9 @@ ShopCommand::ShopCommand(CLI::App& app) : options_(std::make_unique<Options>()) 
     one->add_flag("--json", o.as_json, "print one JSON object");
     return one;
   };
-  o.init = command("init", "make the queue's tables in an empty database");
+  o.init = command(
+      "init",
+      "make the queue's tables in an empty database, or bring those of an earlier version up to date");
   o.list = command("list", "machines, and jobs that are not done; why no machine fits");
   o.list->add_flag("--all", o.all, "with jobs that are done or withdrawn; the newest 1,000");
   o.release = command("release",
@@ -105,6 +53,9 @@ ShopCommand::ShopCommand(CLI::App& app) : options_(std::make_unique<Options>()) 
   o.raise = command(
       "raise", "after the database was restored: go on as it is now, when every machine has told its part");
   o.raise->add_flag("--yes", o.yes, "do not ask after showing which machines have not been back");
+  o.watch = command("watch", "what the shop's page shows, again and again, into a file");
+  o.watch->add_option("--into", o.into)->required();
+  o.watch->group("");  // the desk's
 }
 
 ShopCommand::~ShopCommand() = default;
@@ -121,12 +72,27 @@ int ShopCommand::Options::tell(const Result<void>& done, const ordered_json& ans
 int ShopCommand::Options::run_list() const {
   ShopView view;
   const Result<void> done = in_shop(place, true, [&](const ShopAsk& ask) -> Result<void> {
-    Result<ShopView> seen = view_shop(ask, all);
+    Result<ShopView> seen = view_shop(ask, all ? ShopPick::kAll : ShopPick::kOpen);
     if (!seen) return tl::unexpected<Error>(seen.error());
     view = std::move(*seen);
+    const auto usage = view_usage(ask);
+    if (!usage) return tl::unexpected<Error>(usage.error());
+    add_usage(*usage, view);
     return {};
   });
-  return tell(done, view_json(view), view_text(view));
+  return tell(done, ordered_json::parse(view_json(view)), view_text(view));
+}
+
+int ShopCommand::Options::run_init() const {
+  bool fresh = false;
+  const Result<void> done = in_shop(place, false, [&](const ShopAsk& ask) -> Result<void> {
+    const Result<bool> made = init_shop(ask);
+    if (!made) return tl::unexpected<Error>(made.error());
+    fresh = *made;
+    return {};
+  });
+  return tell(done, {{"ok", true}, {"fresh", fresh}},
+              fresh ? "the shop's queue is made\n" : "the shop's queue is brought up to date\n");
 }
 
 int ShopCommand::Options::run_take_back(bool open) const {
@@ -143,7 +109,7 @@ int ShopCommand::Options::run_take_back(bool open) const {
 int ShopCommand::Options::run_raise() const {
   std::uint64_t epoch = 0;
   const Result<void> done = in_shop(place, false, [&](const ShopAsk& ask) -> Result<void> {
-    const Result<ShopView> view = view_shop(ask, false);
+    const Result<ShopView> view = view_shop(ask, ShopPick::kOpen);
     if (!view) return tl::unexpected<Error>(view.error());
     std::ostream& out = as_json ? std::cerr : std::cout;  // the object stands alone
     out << (view->halted.empty() ? "the queue is not halted" : "halted: " + view->halted)
@@ -167,8 +133,12 @@ int ShopCommand::Options::run_raise() const {
 
 int ShopCommand::run() const {
   const Options& o = *options_;
-  if (o.init->parsed())
-    return o.tell(in_shop(o.place, false, init_shop), {{"ok", true}}, "the shop's queue is made\n");
+  if (o.init->parsed()) return o.run_init();
+  if (o.watch->parsed()) {
+    const Result<std::string> url = o.place.find();
+    const Result<void> watched = url ? watch_shop(*url, o.into) : tl::unexpected<Error>(url.error());
+    return watched ? kExitDone : complain(watched.error());
+  }
   if (o.release->parsed()) return o.run_take_back(true);
   if (o.withdraw->parsed()) return o.run_take_back(false);
   if (o.raise->parsed()) return o.run_raise();

@@ -108,7 +108,7 @@ int SubmitCommand::Options::run_shop() const {
     const Result<std::uint64_t> given = submit_to_shop(ask, job);
     if (!given) return tl::unexpected<Error>(given.error());
     number = *given;
-    const Result<ShopView> view = view_shop(ask, false);
+    const Result<ShopView> view = view_shop(ask, ShopPick::kOpen);
     if (!view) return tl::unexpected<Error>(view.error());
     judge_fit(job.needs, view->machines, fit);
     return {};

@@ -108,6 +108,7 @@ Result<void> JobService::keep(SpooledJob job, JobState state, const std::string&
   const bool bad =
       state == JobState::kFailed || state == JobState::kUncertain || state == JobState::kInterrupted;
   end_run(job, note);
+  note_settled(job);
   log(bad ? Severity::kWarning : Severity::kInfo, job.id,
       std::string(state_name(state)) + (note.empty() ? "" : ": " + note), job.executed);
   return {};
@@ -123,6 +124,7 @@ void JobService::set(const SpooledJob& job, JobState state, const std::string& n
   now.unsaved = kept.error().message;
   spool_.remember(now);
   end_run(now, note);
+  note_settled(now);
   log(Severity::kError, job.id, std::string(state_name(state)) + ": " + shown_note(now));
 }
 
@@ -339,6 +341,7 @@ Result<std::string> JobService::remove(const SpooledJob& job) {
     return tl::unexpected<Error>(removed.error());
   if (changing_.job == job.id) changing_ = {};
   asked_by_.erase(job.id);
+  unsettled_.erase(job.id);
   return write_text(may_be_held(job) ? "removed; " + forget_advice(link_.kind) : "removed");
 }
 
@@ -371,7 +374,7 @@ void JobService::tick() {
   start_next();
   plan_next();
   tidy();
-  if (shop_wake_ && spool_.shop().has_news()) shop_wake_();
+  tell_shop();
   if (!config_.watch.empty()) look_into_watch_folder();
 }
 

@@ -18,9 +18,11 @@
 #include "daemon/service/planner.h"
 #include "daemon/service/spool.h"
 #include "daemon/service/spool_shop.h"
+#include "daemon/service/spool_states.h"
 #include "daemon/service/spooled_run.h"
 #include "daemon/service/stream_thread.h"
 #include "daemon/service/watched_folder.h"
+#include "daemon/shop/shop_live.h"
 
 namespace tiltfeed::daemon {
 
@@ -58,11 +60,14 @@ class JobService {
   /// What the shop's thread asks, each as ShopLedger says. `done` gets no text.
   Result<LocalShop> read_shop();
   SpoolShop shop_record() const { return spool_.shop(); }
+  SpoolStates shop_states() const { return spool_.shop_states(); }
   void take_from_shop(const ShopJob& job, HandedFiles files, Done done);
   Result<void> overrule(const std::string& shop_job, const std::string& why);
   void show_shop(const std::string& text) { shop_text_ = text; }
   /// `wake` is called while something is not told to the shop yet.
-  void on_shop_news(std::function<void()> wake) { shop_wake_ = std::move(wake); }
+  void on_shop_news(std::function<void()> wake);
+  /// The service is about to end: with a machine that is let go of in order, that is on record.
+  void leave_shop();
 
   bool busy() const { return runner_->busy() || worker_->busy(); }
   /// The run on the machine has come to its end; the next tick takes it.
@@ -139,6 +144,11 @@ class JobService {
   void look_into_watch_folder();
   void take_watched(const WatchedFolder& found);
   void forget_watched(const std::string& path, const FileStamp& stamp);
+  const char* shop_word() const;
+  ShopLive shop_live() const;
+  bool note_shop_state(const std::string& word);
+  void tell_shop();
+  void note_settled(const SpooledJob& job);
   Result<void> keep(SpooledJob job, JobState state, const std::string& note);
   void set(const SpooledJob& job, JobState state, const std::string& note);
   void log(Severity severity, std::uint64_t job, const std::string& text, std::uint64_t block = 0) const;
@@ -177,6 +187,9 @@ class JobService {
   std::chrono::steady_clock::time_point watch_due_;  ///< when it is looked into again
   std::function<void()> shop_wake_;                  ///< empty: no shop
   std::string shop_text_ = "not connected yet";      ///< how it stands with the shop's database
+  std::string shop_state_;                           ///< of the machine, as it is on record
+  std::uint64_t shop_noted_ = 0, shop_alive_ = 0;    ///< when that, and a sign of life, were written; ms
+  std::map<std::uint64_t, std::string> unsettled_;   ///< jobs that were cut off, and why
   /// The next in the queue starts at the end of the run. Never kept over a restart.
   bool queue_moves_ = false;
 };

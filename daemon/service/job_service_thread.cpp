@@ -93,6 +93,7 @@ void JobServiceThread::leave() {
     turned_();
     jobs_.tick();
   }
+  jobs_.leave_shop();
 }
 
 }  // namespace tiltfeed::daemon

@@ -136,7 +136,15 @@ ShopLedger ShopGate::ledger() const {
   ledger.told = [way](const std::string& job, std::uint64_t version, std::uint64_t serial) {
     return way->keep([=](SpoolShop record) { return record.told(job, version, serial); });
   };
-  ledger.retell = [way] { return way->keep([](SpoolShop record) { return record.retell(); }); };
+  ledger.told_states = [way](std::uint64_t at) {
+    return way->ask_now<void>([at](JobService& jobs) { return jobs.shop_states().told(at); });
+  };
+  ledger.retell = [way] {
+    return way->ask_now<void>([](JobService& jobs) {
+      Result<void> again = jobs.shop_record().retell();
+      return again ? jobs.shop_states().retell() : again;
+    });
+  };
   ledger.overrule = [way](const std::string& job, const std::string& why) {
     return way->ask_now<void>([job, why](JobService& jobs) { return jobs.overrule(job, why); });
   };

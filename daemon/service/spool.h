@@ -18,6 +18,7 @@ namespace tiltfeed::daemon {
 
 struct SpoolTable;
 class SpoolShop;
+class SpoolStates;
 
 enum class JobState : std::uint8_t {
   kReceived,     ///< to be planned
@@ -123,6 +124,7 @@ class Spool {
 
   /// What is kept of the shop's jobs. Requires: not used longer than the spool.
   SpoolShop shop() const;
+  SpoolStates shop_states() const;
 
   /// FOLDER/jobs/ID, and files in it: job.yaml part.stl program.nc report.json block.map journal ...
   std::string folder_of(std::uint64_t id) const;

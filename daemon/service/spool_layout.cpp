@@ -60,6 +60,13 @@ constexpr const char* kShop =
     "UPDATE shop_jobs SET state = 'removed', note = 'removed at the machine', changed = changed + 1 WHERE "
     "uuid = OLD.shop AND state IN ('received', 'planning', 'ready'); END";
 
+/// Version 7: what the machine was from when on, for the shop's page, and when its service was last alive.
+constexpr const char* kStates =
+    "CREATE TABLE IF NOT EXISTS shop_states (at INTEGER PRIMARY KEY, state TEXT NOT NULL, told INTEGER NOT "
+    "NULL DEFAULT 0);"
+    "CREATE INDEX IF NOT EXISTS states_untold ON shop_states (at) WHERE told = 0;"
+    "CREATE TABLE IF NOT EXISTS shop_alive (one INTEGER PRIMARY KEY CHECK (one = 1), at INTEGER NOT NULL)";
+
 tl::unexpected<Error> failed(sqlite3* db, const std::string& path) {
   return fail(Code::kIo, path + ": " + sqlite3_errmsg(db));
 }
@@ -102,6 +109,7 @@ Result<void> change(sqlite3* db, const std::string& path) {
       sqlite3_exec(db, kShopColumn, nullptr, nullptr, nullptr) != SQLITE_OK)
     return failed(db, path);
   if (sqlite3_exec(db, kShop, nullptr, nullptr, nullptr) != SQLITE_OK) return failed(db, path);
+  if (sqlite3_exec(db, kStates, nullptr, nullptr, nullptr) != SQLITE_OK) return failed(db, path);
   const std::string mark = "PRAGMA user_version = " + std::to_string(kSpoolVersion);
   if (sqlite3_exec(db, mark.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) return failed(db, path);
   return {};

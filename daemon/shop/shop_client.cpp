@@ -82,15 +82,18 @@ void ShopClient::show(const std::string& text) {
 Result<ShopClient::Found> ShopClient::hello(const ShopAsk& ask, const LocalShop& local) {
   const ShopMark& m = local.mark;
   machine_ = local.machine;
-  const Result<PgRows> rows = ask(kShopHello, {local.machine, local.offer.profile, offer_json(local.offer),
-                                               local.status, m.shop, m.epoch, m.epoch_id, m.token, m.serial});
+  const std::string& name = local.name.empty() ? local.offer.profile : local.name;
+  const Result<PgRows> rows = ask(kShopHello, {local.machine, name, offer_json(local.offer), local.status,
+                                               m.shop, m.epoch, m.epoch_id, m.token, m.serial, local.live});
   if (!rows) return tl::unexpected<Error>(rows.error());
   constexpr std::size_t kColumns = 8;
   if (rows->rows.size() != 1 || rows->rows[0].size() != kColumns) return not_a_shop("the greeting");
   const PgRow& row = rows->rows[0];
   if (row[0] != std::to_string(kShopLayout))
     return fail(Code::kUsage, "the shop's queue is of layout " + row[0] + ", this tiltfeed knows " +
-                                  std::to_string(kShopLayout) + "; install the same version everywhere");
+                                  std::to_string(kShopLayout) +
+                                  "; install the same version everywhere, and "
+                                  "`tiltfeed shop init` brings an earlier queue up to date");
   const auto epoch = number_of(row[2]), token = number_of(row[4]), serial = number_of(row[5]);
   if (!is_uuid(row[1]) || !is_uuid(row[3]) || !epoch || !token || !serial)
     return not_a_shop("the greeting's numbers");
@@ -122,6 +125,7 @@ Result<void> ShopClient::turn(const ShopAsk& ask) {
   const bool restored = judge_shop(local->mark, found->mark) == ShopTrust::kRestored;
   if (const Result<void> judged = trust(*found, *local); !judged) return judged;
   if (const Result<void> sent = send_reports(ask, *local); !sent) return sent;
+  if (const Result<void> sent = send_states(ask, *local); !sent) return sent;
   if (!found->told)
     if (const Result<PgRows> told = ask(kShopTold, {local->machine}); !told)
       return tl::unexpected<Error>(told.error());
@@ -163,6 +167,24 @@ Result<void> ShopClient::send_reports(const ShopAsk& ask, LocalShop& local) {
   for (int batch = 0; batch < kMostBatches && !local.reports.empty(); ++batch) {
     for (const ShopReport& one : local.reports)
       if (const Result<void> sent = report(ask, local.machine, one); !sent) return sent;
+    Result<LocalShop> now = ledger_.read();
+    if (!now) return tl::unexpected<Error>(now.error());
+    local = std::move(*now);
+  }
+  return {};
+}
+
+/// Of machines, not of jobs: they decide nothing, so that a queue that is halted gets them, too.
+Result<void> ShopClient::send_states(const ShopAsk& ask, LocalShop& local) {
+  for (int batch = 0; batch < kMostBatches && !local.states.empty(); ++batch) {
+    std::string times = "{", words = "{";
+    for (const ShopState& one : local.states) {
+      times += (times.size() > 1 ? "," : "") + std::to_string(one.at);
+      words += (words.size() > 1 ? "," : "") + one.state;
+    }
+    const Result<PgRows> sent = ask(kShopStates, {local.machine, times + "}", words + "}"});
+    if (!sent) return tl::unexpected<Error>(sent.error());
+    if (Result<void> kept = ledger_.told_states(local.states.back().at); !kept) return kept;
     Result<LocalShop> now = ledger_.read();
     if (!now) return tl::unexpected<Error>(now.error());
     local = std::move(*now);

@@ -35,6 +35,7 @@ class ShopClient {
   Result<void> trust(const Found& found, LocalShop& local);
   Result<void> give_back(const ShopAsk& ask, const LocalShop& local);
   Result<void> send_reports(const ShopAsk& ask, LocalShop& local);
+  Result<void> send_states(const ShopAsk& ask, LocalShop& local);
   Result<void> report(const ShopAsk& ask, const std::string& machine, const ShopReport& one);
   Result<bool> accept(const ShopAsk& ask, const std::string& machine, const ShopJob& job);
   Result<void> bring(const ShopAsk& ask, const ShopJob& job);

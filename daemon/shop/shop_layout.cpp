@@ -27,7 +27,27 @@ constexpr const char* kMachinesTable = R"sql(CREATE TABLE tiltfeed.machines (
   serial bigint NOT NULL DEFAULT 0,
   told boolean NOT NULL DEFAULT false,
   away boolean NOT NULL DEFAULT false,
-  seen timestamptz NOT NULL))sql";
+  seen timestamptz NOT NULL,
+  live text NOT NULL DEFAULT '{}'))sql";
+constexpr const char* kLiveColumn =
+    "ALTER TABLE tiltfeed.machines ADD COLUMN live text NOT NULL DEFAULT '{}'";
+
+/// From when on a machine was what, by its own clock, ms since 1970.
+constexpr const char* kStatesTable = R"sql(CREATE TABLE tiltfeed.states (
+  machine uuid NOT NULL,
+  at bigint NOT NULL,
+  state text NOT NULL,
+  PRIMARY KEY (machine, at)))sql";
+
+/// Told again it changes nothing. What is older than 35 days goes, but the state that the machine had then.
+constexpr const char* kTellStates =
+    R"sql(CREATE FUNCTION tiltfeed.tell_states(in_machine uuid, in_at bigint[], in_states text[])
+RETURNS void LANGUAGE sql AS $$
+  INSERT INTO tiltfeed.states (machine, at, state) SELECT in_machine, a, left(s, 20) FROM unnest(in_at, in_states) AS told (a, s)
+    ON CONFLICT (machine, at) DO NOTHING;
+  DELETE FROM tiltfeed.states WHERE machine = in_machine AND at < (SELECT max(s.at) FROM tiltfeed.states s
+    WHERE s.machine = in_machine AND s.at <= extract(epoch FROM now() - interval '35 days') * 1000);
+$$)sql";
 
 constexpr const char* kJobsTable = R"sql(CREATE TABLE tiltfeed.jobs (
   id uuid PRIMARY KEY,
@@ -61,7 +81,7 @@ constexpr const char* kPiecesTable = R"sql(CREATE TABLE tiltfeed.pieces (
 
 constexpr const char* kHello =
     R"sql(CREATE FUNCTION tiltfeed.hello(in_machine uuid, in_name text, in_offer text,
-  in_status text, in_shop text, in_epoch bigint, in_epoch_id text, in_token bigint, in_serial bigint)
+  in_status text, in_shop text, in_epoch bigint, in_epoch_id text, in_token bigint, in_serial bigint, in_live text)
 RETURNS TABLE (out_layout integer, out_shop uuid, out_epoch bigint, out_epoch_id uuid, out_token bigint,
   out_serial bigint, out_halted text, out_told boolean) LANGUAGE plpgsql AS $$
 DECLARE
@@ -74,9 +94,9 @@ BEGIN
       'or its standby had not got the last'
     WHERE halted = '' AND shop::text = in_shop AND (epoch < in_epoch OR (epoch = in_epoch AND
       (epoch_id::text <> in_epoch_id OR token < in_token OR coalesce(stored, 0) < in_serial)));
-  INSERT INTO tiltfeed.machines AS m (id, name, offer, status, incarnation, token, seen)
-    VALUES (in_machine, in_name, in_offer, in_status, born, in_token, now())
-    ON CONFLICT (id) DO UPDATE SET name = in_name, offer = in_offer, status = in_status,
+  INSERT INTO tiltfeed.machines AS m (id, name, offer, status, incarnation, token, seen, live)
+    VALUES (in_machine, in_name, in_offer, in_status, born, in_token, now(), in_live)
+    ON CONFLICT (id) DO UPDATE SET name = in_name, offer = in_offer, status = in_status, live = in_live,
       told = m.told AND m.incarnation = born, incarnation = born, token = in_token, away = false, seen = now();
   RETURN QUERY SELECT s.layout, s.shop, s.epoch, s.epoch_id, s.token, m.serial, s.halted, m.told
     FROM tiltfeed.shop s, tiltfeed.machines m WHERE m.id = in_machine;
@@ -191,6 +211,17 @@ const std::vector<std::string>& shop_layout() {
       kClaim,
       kAccept,
       kReport,
+      kStatesTable,
+      kTellStates,
+  };
+  return statements;
+}
+
+const std::vector<std::string>& shop_upgrade() {
+  static const std::vector<std::string> statements = {
+      kLiveColumn, "DROP FUNCTION tiltfeed.hello(uuid, text, text, text, text, bigint, text, bigint, bigint)",
+      kHello,      kStatesTable,
+      kTellStates, "UPDATE tiltfeed.shop SET layout = " + std::to_string(kShopLayout),
   };
   return statements;
 }

@@ -7,20 +7,25 @@
 namespace tiltfeed::daemon {
 
 /// Kept in the database; a program refuses another.
-inline constexpr int kShopLayout = 1;
+inline constexpr int kShopLayout = 2;
 
 /// One statement each, in this order, in one transaction. Fails where the schema tiltfeed is there.
 const std::vector<std::string>& shop_layout();
+/// Likewise, from layout 1 to this one. Services that know another layout stop taking jobs, and say so.
+const std::vector<std::string>& shop_upgrade();
 
 /// States of a job that are the database's own; all others are the spool's words, told by a machine.
 /// open: for whoever fits. claimed: offered to a machine, until its lease ends. accepted: a machine's own.
 /// held: an operator decides. withdrawn: by whoever submitted it.
 
 /// $1 machine, $2 name, $3 what it has, $4 status, then what it remembers: $5 shop ("" for none), $6 epoch,
-/// $7 epoch's identity, $8 token, $9 serial. Row: layout, shop, epoch, its identity, token, serial, why it is
-/// halted ("" for not), whether the machine has told its part since the server's start. Halts the queue where
-/// the database is behind what is remembered.
-inline constexpr const char* kShopHello = "SELECT * FROM tiltfeed.hello($1, $2, $3, $4, $5, $6, $7, $8, $9)";
+/// $7 epoch's identity, $8 token, $9 serial, $10 what the machine is at (shop_live.h). Row: layout, shop,
+/// epoch, its identity, token, serial, why it is halted ("" for not), whether the machine has told its part
+/// since the server's start. Halts the queue where the database is behind what is remembered.
+inline constexpr const char* kShopHello =
+    "SELECT * FROM tiltfeed.hello($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)";
+/// $1 machine, $2 times as an array, ms since 1970, $3 states as an array. The same again changes nothing.
+inline constexpr const char* kShopStates = "SELECT tiltfeed.tell_states($1, $2, $3)";
 /// $1 machine: it has told its part.
 inline constexpr const char* kShopTold = "UPDATE tiltfeed.machines SET told = true WHERE id = $1";
 /// $1 after which number. Rows: id, number, needs (cut off). Jobs that can be claimed, the oldest first.

@@ -11,18 +11,17 @@ namespace {
 
 constexpr const char* kMachines =
     "SELECT m.id, left(m.name, 100), left(m.offer, 8193), left(m.status, 200), extract(epoch FROM now() - "
-    "m.seen), "
-    "m.away OR (m.told AND m.incarnation = s.incarnation), m.away FROM tiltfeed.machines m, tiltfeed.shop s "
-    "ORDER BY m.name, m.id "
+    "m.seen), m.away OR (m.told AND m.incarnation = s.incarnation), m.away, extract(epoch FROM "
+    "m.seen)::bigint, left(m.live, 3001) FROM tiltfeed.machines m, tiltfeed.shop s ORDER BY m.name, m.id "
     "LIMIT 1000";
+/// $1: ended ones, too; $2: those of the last day.
 constexpr const char* kEntries =
     "SELECT j.number, j.id, left(j.name, 100), j.program, left(j.needs, 8193), left(j.state, 40), "
-    "left(j.note, 300), "
-    "coalesce(left(m.name, 100), ''), j.blocks, j.executed, extract(epoch FROM j.submitted)::bigint FROM "
-    "tiltfeed.jobs "
-    "j LEFT JOIN tiltfeed.machines m ON m.id = j.machine WHERE $1 OR j.state NOT IN ('done', 'withdrawn') "
-    "ORDER BY "
-    "j.number DESC LIMIT 1000";
+    "left(j.note, 300), coalesce(left(m.name, 100), ''), j.blocks, j.executed, extract(epoch FROM "
+    "j.submitted)::bigint, extract(epoch FROM j.changed)::bigint FROM tiltfeed.jobs j LEFT JOIN "
+    "tiltfeed.machines m ON m.id = j.machine WHERE $1 OR j.state NOT IN ('done', 'withdrawn') OR ($2 AND "
+    "j.changed > now() - interval '1 day') ORDER BY $2 AND j.state IN ('done', 'withdrawn'), j.number DESC "
+    "LIMIT 1000";
 
 std::uint64_t count_of(const std::string& text) { return std::strtoull(text.c_str(), nullptr, 10); }
 
@@ -43,16 +42,24 @@ Result<void> in_one_transaction(const ShopAsk& ask, const std::function<Result<v
   return done;
 }
 
-Result<void> init_shop(const ShopAsk& ask) {
+Result<bool> init_shop(const ShopAsk& ask) {
   const Result<std::string> there =
       one_value(ask("SELECT count(*) FROM pg_namespace WHERE nspname = 'tiltfeed'", {}));
   if (!there) return tl::unexpected<Error>(there.error());
-  if (*there != "0") return fail(Code::kUsage, "this database has the schema tiltfeed already");
-  return in_one_transaction(ask, [&]() -> Result<void> {
-    for (const std::string& statement : shop_layout())
-      if (const auto made = ask(statement, {}); !made) return tl::unexpected<Error>(made.error());
+  const bool fresh = *there == "0";
+  const Result<void> made = in_one_transaction(ask, [&]() -> Result<void> {
+    if (!fresh) {
+      const Result<std::string> layout = one_value(ask("SELECT layout FROM tiltfeed.shop FOR UPDATE", {}));
+      if (!layout) return tl::unexpected<Error>(layout.error());
+      if (*layout != "1")
+        return fail(Code::kUsage, "this database has the schema tiltfeed already, of layout " + *layout);
+    }
+    for (const std::string& statement : fresh ? shop_layout() : shop_upgrade())
+      if (const auto done = ask(statement, {}); !done) return tl::unexpected<Error>(done.error());
     return {};
   });
+  if (!made) return tl::unexpected<Error>(made.error());
+  return fresh;
 }
 
 void judge_fit(const ShopNeeds& needs, const std::vector<ShopMachine>& machines, ShopEntry& entry) {
@@ -66,21 +73,27 @@ void judge_fit(const ShopNeeds& needs, const std::vector<ShopMachine>& machines,
   if (entry.fits_one) entry.why_not.clear();
 }
 
-Result<ShopView> view_shop(const ShopAsk& ask, bool all) {
+Result<ShopView> view_shop(const ShopAsk& ask, ShopPick pick) {
   ShopView view;
-  const auto shop = ask("SELECT epoch, left(halted, 300) FROM tiltfeed.shop", {});
+  const auto shop =
+      ask("SELECT epoch, extract(epoch FROM now())::bigint, left(halted, 300) FROM tiltfeed.shop", {});
   if (const auto epoch = one_value(shop); !epoch) return tl::unexpected<Error>(epoch.error());
   view.epoch = count_of(shop->rows[0][0]);
+  view.now = static_cast<std::int64_t>(count_of(shop->rows[0].at(1)));
   view.halted = shop->rows[0].back();
   const auto machines = ask(kMachines, {});
   if (!machines) return tl::unexpected<Error>(machines.error());
   for (const PgRow& row : machines->rows) {
-    ShopMachine machine{row[0],        row[1],       row[3], {}, std::strtod(row[4].c_str(), nullptr),
-                        row[5] == "t", row[6] == "t"};
+    ShopMachine machine;
+    machine.id = row[0], machine.name = row[1], machine.status = row[3];
+    machine.silent_seconds = std::strtod(row[4].c_str(), nullptr);
+    machine.back = row[5] == "t", machine.away = row[6] == "t";
+    machine.seen = static_cast<std::int64_t>(count_of(row[7]));
+    machine.live = parse_live(row[8]);
     if (auto offer = parse_offer(row[2])) machine.offer = std::move(*offer);
     view.machines.push_back(std::move(machine));
   }
-  const auto jobs = ask(kEntries, {all});
+  const auto jobs = ask(kEntries, {pick == ShopPick::kAll, pick == ShopPick::kDay});
   if (!jobs) return tl::unexpected<Error>(jobs.error());
   for (const PgRow& row : jobs->rows) {
     ShopEntry entry{count_of(row[0]),
@@ -94,6 +107,7 @@ Result<ShopView> view_shop(const ShopAsk& ask, bool all) {
                     count_of(row[8]),
                     count_of(row[9]),
                     static_cast<std::int64_t>(count_of(row[10])),
+                    static_cast<std::int64_t>(count_of(row[11])),
                     true,
                     ""};
     const Result<ShopNeeds> needs = parse_needs(row[4]);

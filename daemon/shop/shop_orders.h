@@ -7,14 +7,16 @@
 #include <vector>
 
 #include "daemon/shop/shop_client.h"
+#include "daemon/shop/shop_live.h"
 
 namespace tiltfeed::daemon {
 
 /// `work` between BEGIN and COMMIT, or ROLLBACK where it fails.
 Result<void> in_one_transaction(const ShopAsk& ask, const std::function<Result<void>()>& work);
 
-/// Makes the tables. Errors: kUsage: they are there.
-Result<void> init_shop(const ShopAsk& ask);
+/// Makes the tables (true), or brings those of layout 1 up to date (false). Errors: kUsage: they are there as
+/// this version has them, or of a later one.
+Result<bool> init_shop(const ShopAsk& ask);
 
 struct ShopSubmission {
   std::string id;  ///< UUID; the same one never makes a second job
@@ -32,8 +34,14 @@ struct ShopMachine {
   std::string id, name, status;
   ShopOffer offer;
   double silent_seconds = 0.0;
-  bool back = true;   ///< it has told its part since the server's start, or left in order
-  bool away = false;  ///< it left in order
+  std::int64_t seen = 0;  ///< when it was heard last, by the database's clock, seconds since 1970
+  ShopLive live;          ///< what it was at then
+  bool back = true;       ///< it has told its part since the server's start, or left in order
+  bool away = false;      ///< it left in order
+  std::vector<ShopUsage> usage = {};
+
+  /// What `live` says holds: it was heard lately, and has not left.
+  bool is_heard() const { return !away && silent_seconds <= kShopSilent; }
 };
 struct ShopEntry {
   std::uint64_t number = 0;
@@ -41,18 +49,21 @@ struct ShopEntry {
   bool program = false;
   std::string needs;  ///< for people
   std::uint64_t blocks = 0, executed = 0;
-  std::int64_t submitted = 0;  ///< seconds since 1970
-  bool fits_one = true;        ///< of an open job: a machine that is known could have it
-  std::string why_not;         ///< else: each machine's reason
+  std::int64_t submitted = 0, changed = 0;  ///< seconds since 1970
+  bool fits_one = true;                     ///< of an open job: a machine that is known could have it
+  std::string why_not;                      ///< else: each machine's reason
 };
 struct ShopView {
+  std::int64_t now = 0;  ///< of the database, seconds since 1970
   std::uint64_t epoch = 0;
   std::string halted;
   std::vector<ShopMachine> machines;
   std::vector<ShopEntry> jobs;  ///< the newest first, 1,000 at most
 };
-/// `all`: with those that are done or withdrawn.
-Result<ShopView> view_shop(const ShopAsk& ask, bool all);
+/// Which jobs: those that are neither done nor withdrawn; with those of the last day, behind them; or all.
+enum class ShopPick : std::uint8_t { kOpen, kDay, kAll };
+/// Without `usage`.
+Result<ShopView> view_shop(const ShopAsk& ask, ShopPick pick);
 /// Of one that waits: whether a machine could have it, with each one's reason. Pure.
 void judge_fit(const ShopNeeds& needs, const std::vector<ShopMachine>& machines, ShopEntry& entry);
 

@@ -56,9 +56,17 @@ struct ShopReport {
   std::uint64_t blocks = 0, executed = 0;
 };
 
+/// From when on the machine was what (a word of shop_live.h).
+struct ShopState {
+  std::uint64_t at = 0;  ///< ms since 1970, by the service's clock
+  std::string state;
+  bool operator==(const ShopState&) const = default;
+};
+
 /// The service's record, as of one moment.
 struct LocalShop {
   std::string machine;  ///< this service's identity, a UUID
+  std::string name;     ///< of the machine, for people; empty: its profile's
   ShopOffer offer;
   ShopMark mark;
   std::vector<ShopJob> claimed;      ///< whose acceptance the database has not confirmed
@@ -67,6 +75,8 @@ struct LocalShop {
   std::vector<std::string> waiting;  ///< jobs in the spool that have not begun and are still this machine's
   bool wants = false;                ///< there is room for one more
   std::string status;                ///< of the service, for people
+  std::string live = "{}";           ///< what the machine is at, as live_json has it
+  std::vector<ShopState> states;     ///< that the database does not have yet: some of them, the oldest first
 };
 
 /// The service's side, called by the shop's thread. Each is durable when it returns without an error; an
@@ -87,6 +97,8 @@ struct ShopLedger {
   /// Its files cannot be had or are refused: "spoiled", which is reported. It never was here.
   std::function<Result<void>(const std::string& job, const std::string& why)> spoil;
   std::function<Result<void>(const std::string& job, std::uint64_t version, std::uint64_t serial)> told;
+  /// The database has the states up to this time.
+  std::function<Result<void>(std::uint64_t at)> told_states;
   /// Another machine has it, or the database knows more of it than this record: it must not begin here.
   std::function<Result<void>(const std::string& job, const std::string& why)> overrule;
   /// All is reported once more: the database may have lost it.

@@ -17,6 +17,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::uint64_t kSmallBody = 4096, kEditsBody = 64 * 1024;
+constexpr char kShopRoutes[] = "/api/v1/shop/";
 constexpr char kPart[] = "part.stl";  // of a part without a name
 }  // namespace
 
@@ -67,6 +68,10 @@ const std::vector<Desk::Route>& Desk::routes() {
       {"GET", "/api/v1/cut/before", &Desk::cut_before},
       {"GET", "/api/v1/cut/page", &Desk::cut_page},
       {"GET", "/api/v1/cut/report", &Desk::cut_report},
+      {"GET", "/api/v1/shop", &Desk::shop},
+      {"POST", "/api/v1/shop/release", &Desk::release_job, kSmallBody},
+      {"POST", "/api/v1/shop/withdraw", &Desk::withdraw_job, kSmallBody},
+      {"POST", "/api/v1/shop/raise", &Desk::raise_shop, kSmallBody},
   };
   return all;
 }
@@ -88,7 +93,8 @@ Desk::Desk(const DeskOptions& options, Teller tell, std::function<void(std::uint
               const Session* session = sessions_.number(number);
               const std::string browser = "browser " + std::to_string(number);
               return session && !session->user.empty() ? session->user + ", " + browser : browser;
-            }}) {}
+            }}),
+      shop_({options.shop, options.tiltfeed, options.folder}, tell_, finish_) {}
 
 void Desk::set_port(std::uint16_t port) {
   port_ = port;
@@ -180,6 +186,8 @@ std::optional<Reply> Desk::admit(const Request& request, BodyRule& rule) {
   }
   if (!route)
     return refusal(404, "the API has no " + request.method + " at this path; desk/API.md lists what it has");
+  if (sender.program && request.method != "GET" && request.path.rfind(kShopRoutes, 0) == 0)
+    return refusal(403, "a token gives no orders to the shop's queue; a user who operates does");
   rule = {route->most, route->file};
   return std::nullopt;
 }
@@ -199,7 +207,8 @@ Reply Desk::state(const Request&) {
                     ", \"job\": " + job_.describe() + ", \"plan\": " + plan_.describe() +
                     ", \"cut\": " + cut_.describe() + ", \"suggest\": " + suggest_.describe() +
                     ", \"reach\": " + reach_.describe() + ", \"machine\": " + machine_.describe() +
-                    ", \"run\": " + run_.describe_run() + ", \"seat\": " + run_.describe_seat() + "}");
+                    ", \"run\": " + run_.describe_run() + ", \"seat\": " + run_.describe_seat() +
+                    ", \"shop\": " + shop_.describe() + "}");
 }
 
 Reply Desk::events(const Request&) {
@@ -284,6 +293,7 @@ std::vector<int> Desk::descriptors() const {
                        reach_.descriptor(), machine_.descriptor()})
     if (fd >= 0) all.push_back(fd);
   for (const int fd : run_.descriptors()) all.push_back(fd);
+  for (const int fd : shop_.descriptors()) all.push_back(fd);
   if (passwords_.descriptor() >= 0) all.push_back(passwords_.descriptor());
   return all;
 }
@@ -303,12 +313,14 @@ void Desk::hear(int descriptor) {
     machine_.hear();
   else if (descriptor == passwords_.descriptor())
     passwords_.hear(std::chrono::steady_clock::now());
-  else
+  else if (!shop_.hear(descriptor, std::chrono::steady_clock::now()))
     run_.hear(descriptor);
 }
 
 int Desk::patience_ms() const {
-  const int run = run_.patience_ms(std::chrono::steady_clock::now());
+  const auto now = std::chrono::steady_clock::now();
+  const int shop = shop_.patience_ms(now), own = run_.patience_ms(now);
+  const int run = own < 0 || (shop >= 0 && shop < own) ? shop : own;
   if (!plan_.is_working() && !suggest_.is_working() && !cut_.is_working()) return run;
   return run < 0 ? PlanWork::kLookMs : std::min(run, PlanWork::kLookMs);
 }
@@ -318,6 +330,7 @@ void Desk::look() {
   suggest_.look();
   cut_.look();
   run_.look(std::chrono::steady_clock::now());
+  shop_.look(std::chrono::steady_clock::now());
 }
 
 std::optional<PlannedProgram> Desk::planned() const {

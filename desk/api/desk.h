@@ -14,6 +14,7 @@
 #include "desk/api/plan_work.h"
 #include "desk/api/reach_work.h"
 #include "desk/api/run_api.h"
+#include "desk/api/shop_work.h"
 #include "desk/api/suggest_work.h"
 #include "desk/http/access_check.h"
 #include "desk/http/http_message.h"
@@ -36,6 +37,7 @@ struct DeskOptions {
   bool https = false;
   std::string users = {};
   std::string tokens = {};  ///< file of programs' tokens; empty: none
+  std::string shop = {};    ///< address of the shop's queue; empty: this desk shows no shop
 };
 
 class Desk {
@@ -111,6 +113,12 @@ class Desk {
   Reply cut_before(const Request& request);
   Reply cut_page(const Request& request);
   Reply cut_report(const Request& request);
+  // desk_shop.cpp
+  Reply shop(const Request& request);
+  Reply release_job(const Request& request);
+  Reply withdraw_job(const Request& request);
+  Reply raise_shop(const Request& request);
+  Reply take_back(const Request& request, const char* command);
   AskedPart asked_part() const;
   std::optional<PlannedProgram> planned() const;
   Result<void> copy_part(const std::string& path, const std::string& unit);
@@ -132,6 +140,7 @@ class Desk {
   MachineWork machine_;
   std::string part_folder_;  ///< of the part that was named at the start; empty: it came otherwise
   RunApi run_;
+  ShopWork shop_;
 };
 
 }  // namespace tiltfeed::desk

@@ -16,6 +16,7 @@
 #include "config/beside_program.h"
 #include "config/command_line.h"
 #include "config/desk_access.h"
+#include "config/queue_key.h"
 #include "config/service_config.h"
 #include "config/standard_output.h"
 #include "config/version.h"
@@ -109,7 +110,25 @@ std::string usual_service() {
 struct Beside {
   std::string service, machine;
   bool by_file = false;  // named by the service's file, as a unit does
+  std::string queue;     // of that file
+  std::string shop;      // the queue that is shown; empty: none
 };
+
+/// The queue that --shop shows.
+Result<std::string> shop_queue(const std::string& stated, const config::DeskAccess& access,
+                               const Beside& beside) {
+  const char* const named = std::getenv("TILTFEED_SHOP");
+  std::string url = !stated.empty() ? stated : !access.queue.empty() ? access.queue : beside.queue;
+  if (url.empty() && named != nullptr) url = named;
+  if (url.empty())
+    return fail(
+        Code::kUsage,
+        "--shop: no queue is named; write its address behind --shop, or `queue` into the file of --access "
+        "or of --beside, or set TILTFEED_SHOP");
+  if (const Result<void> good = config::check_queue_url(url); !good)
+    return fail(Code::kUsage, "the shop's queue: " + good.error().message);
+  return url;
+}
 
 /// Where it listens, and its certificate.
 Result<HttpOptions> http_options(const config::DeskAccess& access, const std::string& folder) {
@@ -142,7 +161,7 @@ int run_desk(const std::string& open, const config::DeskAccess& access, const Be
   HttpServer* teller = nullptr;
   Desk desk(
       {*self, *planner, *maker, folder->path(), config::version(), beside.service, beside.machine,
-       access.names, access.is_https(), access.users, access.tokens},
+       access.names, access.is_https(), access.users, access.tokens, beside.shop},
       [&](const std::string& event, const std::string& data) {
         if (teller) teller->tell(event, data);
       },
@@ -255,7 +274,14 @@ int run(int argc, char** argv) {
   app.add_option("--access", access_file,
                  "where it is served on a network, and to whom (YAML: config/desk.yaml)");
   app.add_option("--port", access.port, "port to listen on; else a free one");
-  Beside beside{usual_service(), "", false};
+  std::string shop_url;
+  const CLI::Option* const shop =
+      app.add_option(
+             "--shop", shop_url,
+             "a page of all machines and jobs of the shop's queue, postgresql://USER@HOST/DATABASE; where "
+             "no address follows: `queue` of --access, else of --beside, else $TILTFEED_SHOP")
+          ->expected(0, 1);
+  Beside beside{usual_service(), "", false, "", ""};
   app.add_option("--service", beside.service,
                  "socket of tiltfeed serve, for the machine (default: $TILTFEED_SOCKET, else "
                  "/run/tiltfeed/api.sock, where it is there)");
@@ -289,7 +315,12 @@ int run(int argc, char** argv) {
   if (!service_file.empty()) {
     const Result<config::ServiceConfig> service = config::load_service_config(service_file);
     if (!service) return complain(service.error());
-    beside = {service->socket, service->machine.path, true};
+    beside = {service->socket, service->machine.path, true, service->queue.url, ""};
+  }
+  if (shop->count() > 0) {
+    const Result<std::string> queue = shop_queue(shop_url, access, beside);
+    if (!queue) return complain(queue.error());
+    beside.shop = *queue;
   }
   if (view.empty()) return run_desk(open, access, beside);
   const Result<void> written = write_part_view(view, unit, into);

@@ -11,7 +11,7 @@ if (!out) throw new Error('build.mjs OUT.cpp');
 
 const files = [
   {path: '/', type: 'text/html; charset=utf-8', bytes: read('index.html')},
-  {path: '/page.css', type: 'text/css; charset=utf-8', bytes: Buffer.concat([read('page.css'), read('cut.css')])},
+  {path: '/page.css', type: 'text/css; charset=utf-8', bytes: Buffer.concat([read('page.css'), read('cut.css'), read('shop.css')])},
   {path: '/icon.svg', type: 'image/svg+xml', bytes: read('icon.svg')},
   {path: '/openapi.json', type: 'application/json', bytes: readFileSync(new URL('../api/openapi.json', import.meta.url))},
   {path: '/page.js', type: 'text/javascript; charset=utf-8', bytes: await bundle('main.ts', 'esm')},

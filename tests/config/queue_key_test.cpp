@@ -4,7 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include "config/desk_access.h"
 #include "config/service_config.h"
+#include "config/yaml_tree.h"
 
 namespace tiltfeed {
 using namespace config;
@@ -37,6 +39,20 @@ TEST(QueueKey, APasswordIsRefusedAndNeverRepeated) {
   }
   EXPECT_EQ(shown_queue("postgresql://shop:geheim@db/shop?x=1"), "postgresql://shop:***@db/shop?x=1");
   EXPECT_EQ(shown_queue("postgresql://shop@db/shop"), "postgresql://shop@db/shop");
+}
+
+TEST(QueueKey, TheFileOfTheDesk) {
+  const std::string begin = "listen: 127.0.0.1:0\n";
+  EXPECT_EQ(parse_desk_access(begin, "d.yaml")->queue, "");
+  const auto named = parse_desk_access(begin + "queue: postgresql://shop@db/shop\n", "d.yaml");
+  ASSERT_TRUE(named) << named.error().message;
+  EXPECT_EQ(named->queue, "postgresql://shop@db/shop");
+  const auto refused = parse_desk_access(begin + "queue: postgresql://shop:geheim@db/shop\n", "d.yaml");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().message.rfind("d.yaml:2:8: queue:", 0), 0u) << refused.error().message;
+  EXPECT_EQ(refused.error().message.find(kSecret), std::string::npos);
+  const std::string path = std::string(SOURCE_DIR) + "/config/desk.yaml";
+  EXPECT_NE(parse_desk_access(*read_config_text(path), path)->queue, "") << "the example has it";
 }
 
 TEST(QueueKey, TheServicesFile) {

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "daemon/files/sha256.h"
+#include "daemon/shop/shop_live.h"
 #include "tests/peers/shop_machine.h"
 
 namespace tiltfeed {
@@ -100,6 +101,7 @@ TEST_F(Shop, NoJobTwiceAndNoneLostWhateverFails) {
     database_ = ShopDatabase();
     open(kMachines);
     submit(0, kJobs / 2);
+    std::map<std::string, std::map<std::uint64_t, std::string>> were;  // states of the machines
     ShopDatabase::Content yesterday = database_.content;
     const int copied = static_cast<int>(random_() % 40), restored = copied + static_cast<int>(random_() % 60);
     for (int step = 0; step < 120; ++step) {
@@ -111,6 +113,11 @@ TEST_F(Shop, NoJobTwiceAndNoneLostWhateverFails) {
       }
       if (random_() % 40 == 0) database_.restart();
       ShopMachine& machine = *machines_[random_() % kMachines];
+      const std::uint64_t at = 1000 + static_cast<std::uint64_t>(step);
+      const char* const word = step % 2 == 0 ? kShopRunning : kShopIdle;
+      auto& was = were[machine.identity()];
+      if (step % 3 == 0) ASSERT_TRUE(machine.spool().shop_states().note(at, word));
+      if (step % 3 == 0 && (was.empty() || was.rbegin()->second != word)) was[at] = word;
       machine.turn(database_, 30, 15);
       if (random_() % 3 == 0) operate(machine);
       if (random_() % 30 == 0) machine.start();
@@ -128,6 +135,7 @@ TEST_F(Shop, NoJobTwiceAndNoneLostWhateverFails) {
     submit(0, kJobs);  // whose files the database had lost
     quiet_turns(20);
     expect_each_once(kJobs);
+    EXPECT_EQ(database_.content.states, were) << "what the machines were at";
     if (HasFailure()) return;
   }
 }

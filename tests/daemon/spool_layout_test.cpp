@@ -133,14 +133,14 @@ TEST_F(Layout, C19AStepThatFailsLeavesTheTableAsItWas) {
 }
 
 TEST_F(Layout, C19ALaterLayoutIsRefusedAndStaysAsItIs) {
-  sql(std::string(kFirst) + "PRAGMA user_version = 7; ALTER TABLE jobs ADD COLUMN later TEXT");
+  sql(std::string(kFirst) + "PRAGMA user_version = 8; ALTER TABLE jobs ADD COLUMN later TEXT");
   const auto spool = open();
   ASSERT_FALSE(spool);
   EXPECT_EQ(spool.error().code, Code::kUsage);
-  EXPECT_NE(spool.error().message.find("later tiltfeed (layout 7"), std::string::npos)
+  EXPECT_NE(spool.error().message.find("later tiltfeed (layout 8"), std::string::npos)
       << spool.error().message;
   EXPECT_EQ(sql("SELECT count(*) FROM jobs WHERE later IS NULL"), "2");
-  EXPECT_EQ(sql("PRAGMA user_version"), "7");
+  EXPECT_EQ(sql("PRAGMA user_version"), "8");
 }
 
 TEST_F(Layout, C18TenThousandJobsAreHeldAndListedInPages) {

@@ -177,5 +177,55 @@ TEST_F(SpoolShopTest, JobsOfThisServiceAreNotTheShops) {
   EXPECT_FALSE(ask(ApiOp::kList).contains("shop")) << "no queue is configured";
 }
 
+std::vector<std::string> words_of(const std::vector<ShopState>& states) {
+  std::vector<std::string> words;
+  for (const ShopState& one : states) words.push_back(one.state);
+  return words;
+}
+
+TEST_F(SpoolShopTest, WhatTheMachineIsAtIsOnRecordOverAnOrderlyEndAndADeath) {
+  using Words = std::vector<std::string>;
+  const auto begin = [&] {
+    serve();
+    jobs_->on_shop_news([] {});
+  };
+  begin();
+  jobs_->tick();
+  jobs_->tick();
+  EXPECT_EQ(words_of(read().states), Words{"idle"});
+  EXPECT_EQ(parse_live(read().live).state, "idle");
+  jobs_->leave();
+  jobs_->leave_shop();
+  EXPECT_EQ(words_of(read().states), (Words{"idle", "off"}));
+  jobs_.reset();
+  begin();
+  jobs_->tick();
+  jobs_.reset();  // as killed
+  begin();
+  jobs_->tick();
+  const auto states = read().states;
+  EXPECT_EQ(words_of(states), (Words{"idle", "off", "idle", "unknown", "idle"}));
+  for (std::size_t i = 1; i < states.size(); ++i) EXPECT_GT(states[i].at, states[i - 1].at);
+  ASSERT_TRUE(jobs_->shop_states().told(states[3].at));
+  EXPECT_EQ(read().states, std::vector<ShopState>{states[4]});
+}
+
+TEST_F(SpoolShopTest, AJobThatWasCutOffIsAFaultUntilAPersonSettlesIt) {
+  serve();
+  const std::uint64_t job = submit_text("G21 G90 G94\nG0 X1\nM2\n").at("job");
+  until([&] { return state(job) == "ready"; });
+  jobs_.reset();
+  sql("UPDATE jobs SET state = 'uncertain', note = 'the wire was cut'");
+  serve();
+  jobs_->on_shop_news([] {});
+  jobs_->tick();
+  const ShopLive live = parse_live(read().live);
+  EXPECT_EQ(live.state, "fault");
+  EXPECT_NE(live.alarm.find("the wire was cut"), std::string::npos) << live.alarm;
+  ASSERT_TRUE(good(ask(ApiOp::kRemove, job)));
+  EXPECT_EQ(parse_live(read().live).state, "idle");
+  EXPECT_EQ(parse_live(read().live).alarm, "");
+}
+
 }  // namespace
 }  // namespace tiltfeed

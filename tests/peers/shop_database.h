@@ -34,6 +34,7 @@ class ShopDatabase {
     long began = 0;
     std::map<std::string, Machine> machines;
     std::map<std::string, Job> jobs;
+    std::map<std::string, std::map<std::uint64_t, std::string>> states;  ///< by machine and time
   };
 
   void submit(const std::string& id, const std::string& text) {
@@ -98,6 +99,7 @@ class ShopDatabase {
     if (sql == daemon::kShopAccept) return accept(v);
     if (sql == daemon::kShopReport) return report(v);
     if (sql == daemon::kShopPiece) return piece(v);
+    if (sql == daemon::kShopStates) return states(v);
     if (sql == daemon::kShopGone) return gone(v);
     if (sql == daemon::kShopRefuse) {
       content.jobs[v[1]].state = "held";
@@ -105,6 +107,18 @@ class ShopDatabase {
       return daemon::PgRows();
     }
     return fail(Code::kInput, "not known here: " + sql);
+  }
+  static std::vector<std::string> array(const std::string& text) {
+    std::vector<std::string> items{""};
+    for (const char c : text.substr(1, text.size() - 2))
+      c == ',' ? items.push_back("") : items.back().push_back(c);
+    return items;
+  }
+  daemon::PgRows states(const std::vector<std::string>& v) {
+    const auto times = array(v[1]), words = array(v[2]);
+    for (std::size_t i = 0; i < times.size(); ++i)
+      content.states[v[0]].emplace(number(times[i]), words.at(i));
+    return {{{""}}};
   }
   daemon::PgRows hello(const std::vector<std::string>& v) {
     Content& c = content;

@@ -7,6 +7,7 @@
 
 #include "daemon/service/spool.h"
 #include "daemon/service/spool_shop.h"
+#include "daemon/service/spool_states.h"
 #include "daemon/shop/shop_client.h"
 #include "tests/peers/shop_database.h"
 #include "tests/texts/folder.h"
@@ -100,7 +101,9 @@ class ShopMachine {
     l.read = [this] {
       return unless_dead<daemon::LocalShop>([&] {
         auto local = spool_->shop().read(ahead_);
-        if (local) local->offer.profile = "wide";
+        if (!local) return local;
+        local->offer.profile = "wide";
+        if (auto states = spool_->shop_states().untold()) local->states = *states;
         return local;
       });
     };
@@ -135,7 +138,15 @@ class ShopMachine {
         return {};
       });
     };
-    l.retell = [this]() -> R { return unless_dead<void>([&] { return spool_->shop().retell(); }); };
+    l.told_states = [this](std::uint64_t at) -> R {
+      return unless_dead<void>([&] { return spool_->shop_states().told(at); });
+    };
+    l.retell = [this]() -> R {
+      return unless_dead<void>([&]() -> R {
+        (void)spool_->shop_states().retell();
+        return spool_->shop().retell();
+      });
+    };
     l.scratch = [this] { return ::open(folder_.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600); };
     l.log = [](bool, const std::string&) {};
     l.show = [this](const std::string& text) { shown_ = text; };

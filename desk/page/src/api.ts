@@ -1,5 +1,6 @@
 // The desk's API (desk/API.md): requests, the session, events.
 import type {Run, Seat} from './run_api.js';
+import type {ShopTold} from './shop_api.js';
 
 import type {ToolPiece} from './cut_data.js';
 import type {AxisLimits} from './path_drawing.js';
@@ -109,6 +110,7 @@ export interface State {
   reach: Reach | null;
   cut: Cut | null;
   machine: MachineSeen | null;
+  shop: ShopTold | null;
 }
 
 /** What the server said no with. */
@@ -118,10 +120,12 @@ export class Refusal extends Error {
   }
 }
 
-let csrf = '', session = 0;
+let csrf = '', session = 0, operating = true;
 
 /** The number of this browser's session. */
 export const session_number = () => session;
+/** False: who is signed in watches only. */
+export const operates = () => operating;
 
 function signed(said: {csrf: string; session: number}): void {
   csrf = said.csrf;
@@ -179,8 +183,13 @@ export async function sign_in(): Promise<void> {
   signed(await get_json('session'));
 }
 
+/** Who has just signed in is asked for what he may. */
+export async function ask_who(): Promise<void> {
+  operating = (await get_json<{operates: boolean}>('session')).operates;
+}
+
 export type News = (event: string, data: unknown) => void;
-const kEvents = ['part', 'job', 'plan', 'cut', 'suggest', 'reach', 'fit', 'machine', 'run', 'jobs', 'seat'];
+const kEvents = ['part', 'job', 'plan', 'cut', 'suggest', 'reach', 'fit', 'machine', 'run', 'jobs', 'seat', 'shop'];
 const kRetry = 3000;  // ms
 
 /**

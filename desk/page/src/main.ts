@@ -1,6 +1,6 @@
 // The page: signs in, shows one step at a time, keeps up with the desk.
 import {
-  Cut, Fitted, Job, MachineSeen, Part, Plan, Reach, Refusal, State, Suggest, get_json, listen, post, session_number, sign_in,
+  Cut, Fitted, Job, MachineSeen, Part, Plan, Reach, Refusal, State, Suggest, ask_who, get_json, listen, operates, post, session_number, sign_in,
   sign_in_by_password,
 } from './api.js';
 import {CutScreen} from './cut_screen.js';
@@ -13,6 +13,8 @@ import {PlanScreen} from './plan_screen.js';
 import type {Run, Seat} from './run_api.js';
 import {MachineBar, RunScreen} from './run_screen.js';
 import {SetupStage} from './setup_stage.js';
+import type {ShopTold} from './shop_api.js';
+import {ShopScreen} from './shop_screen.js';
 import {Viewer} from './viewer.js';
 
 declare global {
@@ -42,8 +44,8 @@ function show_link(up: boolean): void {
 }
 
 /** A row of tabs by the pattern of ARIA: arrows go from one to the next. */
-function make_tabs(show: (tab: string) => void): (tab: string) => void {
-  const buttons = kTabs.map((tab) => el('button', {type: 'button', role: 'tab', id: `tab-${tab.toLowerCase()}`, 'aria-controls': 'sheet', click: () => select(tab)}, tab));
+function make_tabs(names: string[], show: (tab: string) => void): (tab: string) => void {
+  const buttons = names.map((tab) => el('button', {type: 'button', role: 'tab', id: `tab-${tab.toLowerCase()}`, 'aria-controls': 'sheet', click: () => select(tab)}, tab));
   const select = (tab: string) => {
     for (const button of buttons) {
       const chosen = button.textContent === tab;
@@ -81,6 +83,7 @@ async function start(): Promise<void> {
   const sheet = byId('sheet');
   try {
     await sign_in();
+    await ask_who();
   } catch (error) {
     const why = error instanceof Refusal ? error.message : String(error);
     byId('viewer').hidden = true;
@@ -101,10 +104,10 @@ async function start(): Promise<void> {
   axis.told = () => setup.tell();
   window.tiltfeed_axis = axis;
   window.tiltfeed_setup = setup;
-  const screens: Record<string, {show(visible: boolean): void}> = {Part: part, Axis: axis, Job: job, Plan: plan, Cut: cut, Run: run};
-  const now: State = await get_json<State>('state');
+  const now: State = await get_json<State>('state'), shop = now.shop ? new ShopScreen(sheet, operates()) : null;
+  const screens: Record<string, {show(visible: boolean): void}> = {Part: part, Axis: axis, Job: job, Plan: plan, Cut: cut, Run: run, ...(shop ? {Shop: shop} : {})};
   viewer?.machine.set('fixtures');
-  const select = make_tabs((tab) => {
+  const select = make_tabs(shop ? [...kTabs, 'Shop'] : kTabs, (tab) => {
     document.body.dataset.tab = tab;
     if (viewer) viewer.showing = {part: true, path: tab === 'Plan', run: false};
     for (const [name, screen] of Object.entries(screens)) if (name !== tab) screen.show(false);
@@ -116,12 +119,13 @@ async function start(): Promise<void> {
   };
   const update = async () => {
     update_run();
+    shop?.update(now.shop);
     axis.update(now.part, now.job, now.suggest);
     await Promise.all([part.update(now.part, now.job, now.plan), forms.update(now.job), job.update(now.job), plan.update(now.plan, now.job, now.part),
       cut.update(now.cut, now.plan, now.job)]);
     await setup.update(now.machine, now.job, now.part);
   };
-  select(now.run.service !== 'none' && !now.part ? 'Run' : 'Part');
+  select(shop && !now.part ? 'Shop' : now.run.service !== 'none' && !now.part ? 'Run' : 'Part');
   await update();
   axis.took_reach(now.reach);
   const fresh = async () => {
@@ -138,10 +142,12 @@ async function start(): Promise<void> {
     if (event === 'machine') now.machine = data as MachineSeen | null;
     if (event === 'run') now.run = data as Run;
     if (event === 'seat') now.seat = data as Seat;
+    if (event === 'shop') now.shop = data as ShopTold | null;
     if (event === 'jobs') void run.fetch_jobs().catch(() => undefined);
     if (event === 'reach') axis.took_reach(data as Reach);
     else if (event === 'fit') axis.took_fit(data as Fitted);
     else if (event === 'run' || event === 'seat') update_run();
+    else if (event === 'shop') shop?.update(now.shop);
     else void update();
   }, () => void fresh().catch(() => show_link(false)), show_link);
   setInterval(() => { if (run.has_seat) void post('seat/beat', {}).catch(() => undefined); }, kSeatBeat);
