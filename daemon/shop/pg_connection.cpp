@@ -214,6 +214,13 @@ Result<PgRows> PgConnection::last_words(const std::string& sql, const std::vecto
   return ask(sql, values);
 }
 
+Result<void> PgConnection::forget_notifications() {
+  if (PQconsumeInput(pg_->conn) == 0) return pg_->broken("the connection is lost");
+  pg_->take_notifications();
+  pg_->notified = false;
+  return {};
+}
+
 Result<bool> PgConnection::wait(int wake, std::chrono::milliseconds most) {
   Pg& pg = *pg_;
   const auto limit = steady_clock::now() + most;

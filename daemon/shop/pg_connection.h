@@ -50,6 +50,8 @@ class PgConnection {
   /// Until a notification has come, `wake` can be read, `stop` can, or the time is over. True: something
   /// came. Errors: kLink.
   Result<bool> wait(int wake, std::chrono::milliseconds most);
+  /// Those that have come so far are no reason any more for `wait` to return. Errors: kLink.
+  Result<void> forget_notifications();
   bool lost() const;
   /// Asked although `stop` can be read, for so long at most; the connection is of no use afterwards.
   Result<PgRows> last_words(const std::string& sql, const std::vector<PgValue>& values,

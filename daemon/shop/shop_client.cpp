@@ -276,7 +276,8 @@ Result<void> ShopClient::take_more(const ShopAsk& ask, const Found& found) {
   for (int taken = 0; taken < kMostTaken; ++taken) {
     const Result<LocalShop> local = ledger_.read();
     if (!local) return tl::unexpected<Error>(local.error());
-    if (!local->wants) return {};
+    room_ = local->wants;
+    if (!room_) return {};
     const Result<std::vector<std::string>> fits = fitting(ask, local->offer);
     if (!fits) return tl::unexpected<Error>(fits.error());
     if (fits->empty()) return {};

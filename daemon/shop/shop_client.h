@@ -28,6 +28,8 @@ class ShopClient {
   /// This machine's identity; empty before the first turn.
   const std::string& machine() const { return machine_; }
   ShopLedger& ledger() { return ledger_; }
+  /// There was room for one more at the end of the last turn.
+  bool has_room() const { return room_; }
 
  private:
   struct Found;
@@ -47,6 +49,7 @@ class ShopClient {
 
   ShopLedger ledger_;
   std::string machine_, shown_;
+  bool room_ = true;
   std::string retold_;  ///< the state of the database in which all was reported again
 };
 

@@ -20,6 +20,9 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr milliseconds kPoll{5000}, kPollSpread{5000};
+/// A notification goes to all machines of the shop at once: who has just looked does not look again before
+/// this, or the longer one where it has no room for a job.
+constexpr milliseconds kCalm{1000}, kCalmSpread{2000}, kFullCalm{3000};
 constexpr milliseconds kFirstPause{1000}, kLongestPause{10000};
 /// A database that is no shop's, or of another version, is looked at again.
 constexpr milliseconds kWrongPause{30000};
@@ -41,6 +44,7 @@ struct ShopThread::Work {
   std::optional<Error> serve(PgConnection& database);
   void complain(const Error& error);
   bool stopped(milliseconds within) const;
+  void rest(std::chrono::steady_clock::time_point until) const;
   milliseconds spread(milliseconds from, milliseconds to) {
     return milliseconds(std::uniform_int_distribution<long>(from.count(), to.count())(random));
   }
@@ -61,6 +65,13 @@ bool ShopThread::Work::stopped(milliseconds within) const {
   return ::poll(&polled, 1, static_cast<int>(within.count())) > 0;
 }
 
+/// Until then, the end, or a wake.
+void ShopThread::Work::rest(std::chrono::steady_clock::time_point until) const {
+  const auto left = std::chrono::ceil<milliseconds>(until - std::chrono::steady_clock::now());
+  pollfd polled[] = {{stop, POLLIN, 0}, {waken, POLLIN, 0}};
+  if (left.count() > 0) static_cast<void>(::poll(polled, 2, static_cast<int>(left.count())));
+}
+
 void ShopThread::Work::complain(const Error& error) {
   if (error.code == Code::kCancelled) return;
   client.ledger().show("not connected: " + error.message);
@@ -78,6 +89,8 @@ std::optional<Error> ShopThread::Work::serve(PgConnection& database) {
   while (!stopped(milliseconds(0))) {
     eventfd_t count = 0;
     static_cast<void>(::eventfd_read(waken, &count));
+    const auto begun = std::chrono::steady_clock::now();
+    if (const Result<void> heard = database.forget_notifications(); !heard) return heard.error();
     const Result<void> turned = client.turn(ask);
     if (!turned && (database.lost() || turned.error().code != Code::kIo)) return turned.error();
     if (!turned) complain(turned.error());  // the spool's: the connection is good
@@ -85,6 +98,8 @@ std::optional<Error> ShopThread::Work::serve(PgConnection& database) {
     if (turned) said.clear();
     const Result<bool> waited = database.wait(turned ? waken : -1, spread(kPoll, kPoll + kPollSpread));
     if (!waited) return waited.error();
+    const milliseconds calm = client.has_room() ? kCalm : kFullCalm;
+    rest(begun + spread(calm, calm + kCalmSpread));
   }
   return std::nullopt;
 }

@@ -8,8 +8,8 @@
 
 namespace tiltfeed::daemon {
 
-/// Connects, and connects again after a loss (1 to 10 s, at random); a turn at each notification, at each
-/// wake(), and every 5 to 10 s.
+/// Connects, and connects again after a loss (1 to 10 s, at random). A turn every 5 to 10 s, at each wake(),
+/// and at a notification: at once, but 1 to 3 s after the turn before, or 3 to 5 s where there is no room.
 class ShopThread {
  public:
   ShopThread(const std::string& url, ShopLedger ledger);

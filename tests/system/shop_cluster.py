@@ -26,10 +26,10 @@ def is_here():
 class Cluster:
     """Its socket is in a short folder of its own, it listens nowhere else."""
 
-    def __init__(self, durable=True, primary=None):
+    def __init__(self, durable=True, primary=None, connections=200):
         self.folder = tempfile.mkdtemp(prefix="tfpg", dir="/tmp")
         self.data, self.log, self.starts = f"{self.folder}/data", f"{self.folder}/log", 0
-        self.user = None
+        self.user, self.connections = None, connections
         if os.geteuid() == 0:
             self.user = next(name for name in ("postgres", "nobody") if any(name == one.pw_name for one in pwd.getpwall()))
             shutil.chown(self.folder, self.user)
@@ -55,7 +55,7 @@ class Cluster:
             with open(self.log, "a", encoding="utf-8") as out:
                 starting = subprocess.Popen(
                     [*self.as_user(), f"{BINS[-1]}/postgres", "-D", self.data, "-k", self.folder, "-c", "listen_addresses=",
-                     "-c", f"fsync={'on' if self.durable else 'off'}", "-c", "max_connections=200"],
+                     "-c", f"fsync={'on' if self.durable else 'off'}", "-c", f"max_connections={self.connections}"],
                     stdout=out, stderr=out, start_new_session=True)
             while starting.poll() is None:
                 if self.ready():

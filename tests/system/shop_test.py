@@ -40,12 +40,12 @@ def write_program(path, number):
 class Machine:
     """A simulated ring, its service, and the operator who stands there."""
 
-    def __init__(self, run, number, url):
+    def __init__(self, run, number, url, speed=8):
         self.run, self.number, self.folder = run, number, f"{run.work}/m{number}"
         self.service, self.after, self.left, self.lock = None, 0, {}, threading.Lock()
         self.started, self.resumed, self.states = set(), 0, {}
         os.makedirs(self.folder)
-        link = run.simulate("--modbus-tcp", "127.0.0.1:0", "--speed", "8", "--trace", f"{self.folder}/trace.csv")
+        link = run.simulate("--modbus-tcp", "127.0.0.1:0", "--speed", str(speed), "--trace", f"{self.folder}/trace.csv")
         with open(f"{self.folder}/service.yaml", "w", encoding="ascii") as out:
             out.write(f"machine: {PROFILE}\nlink: modbus-tcp:{link}\nspool: spool\nsocket: api.sock\n"
                       f"queue: {url}\nqueue_ahead: 3\n")
