@@ -31,6 +31,7 @@ int fuzz_grbl(const std::uint8_t* data, std::size_t size);
 int fuzz_modbus(const std::uint8_t* data, std::size_t size);
 int fuzz_journal(const std::uint8_t* data, std::size_t size);
 int fuzz_api(const std::uint8_t* data, std::size_t size);
+int fuzz_shop(const std::uint8_t* data, std::size_t size);
 #ifdef TILTFEED_WITH_CAD
 int fuzz_cad(const std::uint8_t* data, std::size_t size);
 #endif
@@ -98,9 +99,10 @@ INSTANTIATE_TEST_SUITE_P(Fuzz, Replay,
                                          Named{"gcode", fuzz_gcode}, Named{"cl", fuzz_cl},
                                          Named{"grbl", fuzz_grbl}, Named{"modbus", fuzz_modbus},
                                          Named{"journal", fuzz_journal}, Named{"api", fuzz_api},
-                                         Named{"apt", fuzz_apt}, Named{"dialect", fuzz_dialect},
-                                         Named{"reprap", fuzz_reprap}, Named{"drip", fuzz_drip},
-                                         Named{"websocket", fuzz_websocket}, Named{"threemf", fuzz_threemf}),
+                                         Named{"shop", fuzz_shop}, Named{"apt", fuzz_apt},
+                                         Named{"dialect", fuzz_dialect}, Named{"reprap", fuzz_reprap},
+                                         Named{"drip", fuzz_drip}, Named{"websocket", fuzz_websocket},
+                                         Named{"threemf", fuzz_threemf}),
                          [](const auto& info) { return std::string(info.param.name); });
 #ifdef TILTFEED_WITH_CAD
 INSTANTIATE_TEST_SUITE_P(Cad, Replay, testing::Values(Named{"cad", fuzz_cad}),

@@ -1,0 +1,73 @@
+// What anybody with a password of the shop's database may have written there: needs of a job, what a machine
+// has and is at, a claim. The first byte says which.
+
+#include "daemon/shop/shop_client.h"
+
+#include <cmath>
+
+#include "daemon/shop/shop_fit.h"
+#include "daemon/shop/shop_live.h"
+#include "tests/fuzz/fuzz.h"
+
+using namespace tiltfeed;
+using namespace tiltfeed::daemon;
+
+namespace {
+
+void read_needs(const std::string& text) {
+  const auto needs = parse_needs(text);
+  const auto offer = parse_offer(text);
+  HOLDS(needs.has_value() == offer.has_value());
+  if (!needs) return HOLDS(needs.error().code == Code::kInput && !needs.error().message.empty());
+  HOLDS(needs->tools.size() <= kMostShopTools && needs->travels.size() <= kMostShopAxes);
+  HOLDS(parse_needs(needs_json(*needs)) == *needs);
+  HOLDS(parse_offer(offer_json(*offer)) == *offer);
+  // Whoever has what is needed fits, and nothing is needed by nobody.
+  HOLDS(!misfit(*needs, *offer));
+  HOLDS(!misfit({}, *offer));
+  HOLDS(!needs_text(*needs).empty());
+}
+
+void read_live(const std::string& text) {
+  const ShopLive live = parse_live(text);
+  HOLDS(is_shop_state(live.state));
+  const std::string written = live_json(live);
+  HOLDS(written.size() <= kMostLiveJson);
+  ShopLive whole = live;
+  if (whole.blocks == 0) whole.executed = 0;  // told together
+  if (whole.remaining_seconds >= 0.0 && whole.remaining_seconds < 1e15)
+    whole.remaining_seconds = std::round(whole.remaining_seconds);
+  HOLDS(parse_live(written) == whole);
+}
+
+void read_row(const std::string& text) {
+  PgRow row(1);
+  for (const char c : text) {
+    if (c == '\n')
+      row.emplace_back();
+    else
+      row.back().push_back(c);
+  }
+  const auto job = read_claim(row);
+  if (!job) return HOLDS(job.error().code == Code::kInput || job.error().code == Code::kUsage);
+  HOLDS(is_uuid(job->ticket.job) && job->files.size() == (job->program ? 1u : 2u));
+  std::uint64_t all = 0;
+  for (const ShopFile& file : job->files) {
+    HOLDS(file.bytes > 0 && file.sha256.size() == 64);
+    all += file.bytes;
+  }
+  HOLDS(all <= kMostShopBytes);
+}
+
+}  // namespace
+
+FUZZ_TARGET(shop) {
+  if (bytes.empty()) return;
+  const std::string text(bytes.substr(1));
+  if (bytes[0] == 'l')
+    read_live(text);
+  else if (bytes[0] == 'c')
+    read_row(text);
+  else
+    read_needs(text);
+}
