@@ -85,6 +85,19 @@ def test_usage(run, cluster):
     cluster.sql("DELETE FROM tiltfeed.states")
 
 
+def test_notifications(run, cluster):
+    """A service answers a notification, and many of them by no more than a look a second, whatever else it does at that time."""
+    calls = lambda: int(cluster.sql("SELECT coalesce(sum(calls), 0) FROM pg_stat_user_functions WHERE funcname = 'hello'")[0][0])
+    begun = time.monotonic()
+    before = calls()
+    for _ in range(100):
+        cluster.sql("SELECT pg_notify('tiltfeed_jobs', '')")
+    # Counts come to the statistics some time later.
+    run.until("no notification is answered", lambda: calls() > before)
+    took = time.monotonic() - begun
+    run.want(calls() - before <= took + 5, f"{calls() - before} looks in {took:.1f} s of notifications")
+
+
 class Page:
     """A desk that shows the shop."""
 
@@ -113,6 +126,7 @@ def test_machine(run, cluster):
     serve = [f"{run.bin}/tiltfeed", "serve", "--config", f"{run.work}/ac5.yaml"]
     service = run.start("serve.log", serve)
     run.until("the machine is not idle", lambda: page.is_at("idle"))
+    test_notifications(run, cluster)
     run.want(page.machine()["name"] == "ac5" and page.machine()["profile"] == "generic-ac", page.machine())
     with open(f"{run.work}/seat.nc", "w", encoding="ascii") as out:
         out.write("G21 G90 G94\nG0 X0 Y0 Z60 A0 C0\nG93\n" + "".join(f"G1 X{i % 2} Y0 Z60 A0 C0 F60\n" for i in range(2000)) + "M2\n")
@@ -209,6 +223,7 @@ def main():
         cluster.start()
         test_upgrade(run, cluster)
         test_usage(run, cluster)
+        cluster.sql("ALTER DATABASE postgres SET track_functions = 'pl'")
         test_machine(run, cluster)
         test_programs(run, cluster)
         print("shop_page_test: all passed")
