@@ -169,26 +169,29 @@ class Tour {
     for (std::size_t count = 1; count <= kLongestMoved; ++count) {
       const std::size_t first = place_[run], last = first + count - 1;
       if (last >= order_.size()) return false;
-      for (const End end : {entry(order_[first]), exit(order_[last])})
-        for (const End near : quickest(end)) {
+      const OrderedRun a = order_[first], b = order_[last];
+      const double saved = into(first, a) + out_of(b, last + 1) -
+                           (last + 1 < order_.size() ? into(first, order_[last + 1]) : 0.0);
+      if (saved <= kSaves) continue;
+      for (const bool ahead : {false, true})
+        for (const End end = ahead ? exit(b) : entry(a); const End near : quickest(end)) {
+          if (link(end, near) >= saved) break;
           const std::size_t other = place_[near / 2];
-          for (const std::size_t gap : {other, other + 1})
-            for (const bool turned : {false, true})
-              if ((!turned || reversible_) && move(first, last, gap, turned)) return true;
+          const bool behind = near == exit(order_[other]);  // that run comes before the gap
+          if (behind == ahead && !reversible_) continue;
+          if (move(first, last, behind ? other + 1 : other, behind == ahead, saved)) return true;
         }
     }
     return false;
   }
 
-  /// Puts places first..last into the gap before place `gap`, if that saves time.
-  bool move(std::size_t first, std::size_t last, std::size_t gap, bool turned) {
+  /// Puts places first..last into the gap before place `gap`, if that takes less than the `saved` time.
+  bool move(std::size_t first, std::size_t last, std::size_t gap, bool turned, double saved) {
     if (gap >= first && gap <= last + 1) return false;
     OrderedRun a = order_[first], b = order_[last];
-    const double before =
-        into(first, a) + out_of(b, last + 1) + (gap < order_.size() ? into(gap, order_[gap]) : 0.0);
-    const double closed = last + 1 < order_.size() ? into(first, order_[last + 1]) : 0.0;
     if (turned) std::swap(a, b), a.reversed = !a.reversed, b.reversed = !b.reversed;
-    if (before - closed - into(gap, a) - out_of(b, gap) <= kSaves) return false;
+    const double opened = gap < order_.size() ? into(gap, order_[gap]) : 0.0;
+    if (saved + opened - into(gap, a) - out_of(b, gap) <= kSaves) return false;
     if (turned) reverse(first, last);
     const auto at = [&](std::size_t i) { return order_.begin() + static_cast<std::ptrdiff_t>(i); };
     if (gap < first) {
