@@ -199,6 +199,7 @@ Result<void> Planning::shorten_operations() {
         told_.say("shortest time: direction " + std::to_string(++plans) + " of " +
                   std::to_string(kMostTried) + " at most");
       auto plan = std::make_unique<OperationPlan>(job, clock_, told_);
+      plan->follow(cuts_);
       if (!plan->plan_path(*part, model_of(job), rest) || !plan->find_joints()) return nullptr;
       return plan;
     };
