@@ -116,7 +116,9 @@ TEST_F(Shop, NoJobTwiceAndNoneLostWhateverFails) {
       const std::uint64_t at = 1000 + static_cast<std::uint64_t>(step);
       const char* const word = step % 2 == 0 ? kShopRunning : kShopIdle;
       auto& was = were[machine.identity()];
-      if (step % 3 == 0) ASSERT_TRUE(machine.spool().shop_states().note(at, word));
+      if (step % 3 == 0) {
+        ASSERT_TRUE(machine.spool().shop_states().note(at, word));
+      }
       if (step % 3 == 0 && (was.empty() || was.rbegin()->second != word)) was[at] = word;
       machine.turn(database_, 30, 15);
       if (random_() % 3 == 0) operate(machine);

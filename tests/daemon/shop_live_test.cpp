@@ -27,7 +27,9 @@ TEST(ShopLiveText, TextsOfAnyLengthStayWithinTheLimitAndWhole) {
     const ShopLive back = parse_live(text);
     EXPECT_LE(back.alarm.size(), 300u * 3u);
     EXPECT_FALSE(back.alarm.empty());
-    if (piece[0] == '\xC3') EXPECT_EQ(back.alarm, live.alarm.substr(0, back.alarm.size() / 2 * 2));
+    if (piece[0] == '\xC3') {
+      EXPECT_EQ(back.alarm, live.alarm.substr(0, back.alarm.size() / 2 * 2));
+    }
   }
 }
 

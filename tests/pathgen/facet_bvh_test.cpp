@@ -66,7 +66,9 @@ TEST(FacetBvh, TheNearestIsThatOfALookAtAllFacets) {
       none += found.facet == std::numeric_limits<std::uint32_t>::max();
     }
     EXPECT_GT(none, 0);
-    if (side == 40) EXPECT_LT(asked, 400u * 3200u / 20u) << "not much is left out";
+    if (side == 40) {
+      EXPECT_LT(asked, 400u * 3200u / 20u) << "not much is left out";
+    }
   }
 }
 
