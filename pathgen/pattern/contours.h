@@ -30,6 +30,8 @@ struct Contours {
   /// 0.
   std::vector<std::vector<Pass>> groups;
   std::vector<std::string> warnings;
+  /// Roughing: z' of the stock's top and of each layer, downwards.
+  std::vector<double> floors;
 };
 
 inline constexpr double kMaxLevels = 10e3;

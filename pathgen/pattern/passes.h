@@ -24,6 +24,7 @@ struct Passes {
   bool as_given = false;    ///< rows are groups in the order to be cut, and no pass may be run backwards
   std::uint64_t steep = 0;  ///< points on walls too steep for the side step to be kept
   Smoothed smoothed;
+  std::vector<double> floors;  ///< as Contours::floors; empty: no roughing
 
   /// Adds all of it but the rows.
   void add(const Passes& other);

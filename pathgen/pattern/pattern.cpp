@@ -175,7 +175,10 @@ Result<Passes> trace_rough(const ClField& field, const PlanOptions& options, con
       rough_layers(field, lines, std::min(top, contours.height.high), region.limited(), contours, steps);
   if (!found) return tl::unexpected(found.error());
   warnings.insert(warnings.end(), found->warnings.begin(), found->warnings.end());
-  return from_contours(std::move(*found), field, options, envelope, 0.0, steps);
+  std::vector<double> floors = std::move(found->floors);
+  Passes passes = from_contours(std::move(*found), field, options, envelope, 0.0, steps);
+  passes.floors = std::move(floors);
+  return passes;
 }
 
 }  // namespace

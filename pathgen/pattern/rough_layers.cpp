@@ -196,6 +196,7 @@ Result<Contours> rough_layers(const ClField& field, const std::vector<FlatLine>&
   if (!levels) return tl::unexpected(levels.error());
   Contours result;
   double upper = stock_top, done = 0.0;
+  result.floors.push_back(stock_top);
   for (const double lower : *levels) {
     const RoughLayer layer{upper, lower, options.envelope.tolerance, options.envelope.max_axis_step,
                            over_gaps};
@@ -208,6 +209,7 @@ Result<Contours> rough_layers(const ClField& field, const std::vector<FlatLine>&
     for (auto& group : groups)
       if (!group.empty()) result.groups.push_back(std::move(group));
     upper = lower;
+    result.floors.push_back(lower);
   }
   return result;
 }

@@ -245,7 +245,7 @@ class Indexed {
     };
     WantedPart asked{
         .place = wanted, .straight = straight, .spacing = regions.spacing(), .overlap = asked_step(options_)};
-    if (rest_)
+    if (rest_ && rest_->knows_stock())
       asked.free_from = [&](const Deformation& map, Point<Flat> place, double from, double to) {
         return rest_->free_from(map, place, from, to);
       };

@@ -32,9 +32,10 @@ Result<Plan> plan_rest(const CheckedMesh& part, const PlanOptions& options, cons
   const Deformation field(options.axis, 1.0);
   WantedPart wanted;
   wanted.place = [&](const EnvelopePoint& p) { return rest->wants(p.centre, field.axis_at(p.centre)); };
-  wanted.free_from = [&](const Deformation& map, Point<Flat> place, double from, double to) {
-    return rest->free_from(map, place, from, to);
-  };
+  if (rest->knows_stock())
+    wanted.free_from = [&](const Deformation& map, Point<Flat> place, double from, double to) {
+      return rest->free_from(map, place, from, to);
+    };
   wanted.spacing = rest->spacing();
   // What is cut meanwhile, in about the time of a retract.
   wanted.bridge = kRetractClearances * options.links.clearance +

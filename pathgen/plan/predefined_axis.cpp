@@ -17,6 +17,7 @@
 #include "pathgen/pattern/passes.h"
 #include "pathgen/pattern/pattern.h"
 #include "pathgen/plan/inside_solid.h"
+#include "pathgen/plan/layer_stock.h"
 #include "pathgen/plan/lean_stage.h"
 #include "pathgen/plan/likely_cause.h"
 #include "pathgen/plan/rejected_points.h"
@@ -130,6 +131,7 @@ class Planner {
     if (may_lean(options_)) found_ = *passes;
     passes_ = std::move(passes->rows);
     as_given_ = passes->as_given;
+    floors_ = std::move(passes->floors);
     report_.slice_points = passes->traced;
     // The first level lies up to a step under the top of the surface.
     top_ = passes->top + (passes->as_given ? options_.pattern.step_down : 0.0);
@@ -264,6 +266,7 @@ class Planner {
     if (auto done = lean(field, clearance_z); !done) return done;
     if (!stages_.begin("link")) return cancelled();
     const ClField& linked_field = lean_ ? lean_->linked() : field;
+    const LayerStock stock(part_.bounds, options_, field.deformation, floors_, clearance_z);
     const Linking links{.direction = as_given_ ? Direction::kOneWay : options_.pattern.direction,
                         .reference_height = reference_height(options_.cutter),
                         .clearance_z = clearance_z,
@@ -282,7 +285,7 @@ class Planner {
                             },
                         .straight = wanted_ != nullptr ? wanted_->straight : nullptr,
                         .leaned = lean_ ? &lean_->ways() : nullptr,
-                        .free_from = free_from(field.deformation, clearance_z),
+                        .free_from = free_from(stock, field.deformation, clearance_z),
                         .report = share_};
     Envelope envelope(linked_field.surface, linked_field.deformation, linked_field.index, envelope_);
     Linked linked = link(passes_, linked_field, links, opposite_wall, envelope);
@@ -325,10 +328,14 @@ class Planner {
     return [this](const EnvelopePoint& stand) { return lean_->held(stand); };
   }
 
-  std::function<double(Point<Flat>, double)> free_from(const Deformation& field, double clearance_z) const {
-    if (wanted_ == nullptr || !wanted_->free_from) return {};
-    return [this, &field, clearance_z](Point<Flat> place, double to) {
-      return wanted_->free_from(field, place, clearance_z, to);
+  /// What is known of the stock: what operations before leave, what the layers above leave.
+  std::function<double(Point<Flat>, double)> free_from(const LayerStock& stock, const Deformation& field,
+                                                       double clearance_z) const {
+    const bool known = wanted_ != nullptr && wanted_->free_from;
+    if (!known && floors_.empty()) return {};
+    return [this, known, &stock, &field, clearance_z](Point<Flat> place, double to) {
+      const double before = known ? wanted_->free_from(field, place, clearance_z, to) : clearance_z;
+      return std::min(before, floors_.empty() ? clearance_z : stock.free_from(place, to));
     };
   }
 
@@ -339,6 +346,7 @@ class Planner {
   ToleranceBudget budget_;
   EnvelopeOptions envelope_;
   std::vector<std::vector<Pass>> passes_;                  ///< by line
+  std::vector<double> floors_;                             ///< of roughing
   bool as_given_ = false;                                  ///< they keep their order and direction
   double top_ = -std::numeric_limits<double>::infinity();  ///< highest z' of the envelope
   std::shared_ptr<const ClField> cutter_field_;  ///< where passes may lean: that of the cutting part

@@ -215,7 +215,7 @@ void RestWanted::fill_grid() {
     return static_cast<std::size_t>(std::ceil(length / grid_step_)) + 1;
   };
   grid_size_ = {along(size.x), along(size.y), along(size.z)};
-  const auto [nx, ny, nz] = grid_size_;
+  const std::size_t nx = grid_size_[0], ny = grid_size_[1], nz = grid_size_[2];
   grid_.assign(nx * ny * nz, 0);
   tbb::parallel_for(std::size_t{0}, nx * ny, [&](std::size_t column) {
     const double x = static_cast<double>(column % nx), y = static_cast<double>(column / nx);
@@ -236,8 +236,11 @@ bool RestWanted::is_stock_about(Point<Part> p) const {
   return grid_[(y * grid_size_[0] + x) * grid_size_[2] + z] != 0;
 }
 
+bool RestWanted::knows_stock() const {
+  return options_.earlier.front()->options.pattern.kind == PatternKind::kRough;
+}
+
 double RestWanted::free_from(const Deformation& field, Point<Flat> place, double from, double to) const {
-  if (options_.earlier.front()->options.pattern.kind != PatternKind::kRough) return to;
   const AxisLine line = field.axis_line(place.x, place.y);
   const double step = kDownStep * piece_.outer;
   const auto exactly = [&](Point<Part> p) { return is_stock(p); };

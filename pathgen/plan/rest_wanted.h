@@ -29,8 +29,10 @@ class RestWanted {
   /// of it; or (roughing) the cutter is in stock.
   bool wants(Point<Part> reference, Vec3 axis) const;
 
+  /// Was a roughing pattern the first?
+  bool knows_stock() const;
   /// The z' of `field` over (x', y') down from `from` to which the cutter comes free of stock, at least
-  /// `to`. Where a roughing pattern was the first, the stock is the part's box.
+  /// `to`. The stock is the part's box. Requires: knows_stock().
   double free_from(const Deformation& field, Point<Flat> place, double from, double to) const;
 
   /// What was found.
