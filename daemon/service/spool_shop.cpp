@@ -30,16 +30,6 @@ ShopReport report_of(const SpoolStatement& row) {
   return one;
 }
 
-/// Runs one statement with these values; false: the table could not.
-template <class... Values>
-bool run_shop(const SpoolTable& table, const char* sql, const Values&... values) {
-  SpoolStatement statement;
-  if (!table.prepare(statement, sql)) return false;
-  int at = 0;
-  (statement.bind(++at, values), ...);
-  return sqlite3_step(statement.s) == SQLITE_DONE;
-}
-
 }  // namespace
 
 SpoolShop Spool::shop() const { return SpoolShop(*table_, folder_); }
@@ -95,8 +85,7 @@ Result<LocalShop> SpoolShop::read(int ahead) {
       break;
     }
     sqlite3_reset(self.s);  // a reading that is still open would let no writer wait for its turn
-    if (step != SQLITE_DONE ||
-        !run_shop(table_, "INSERT INTO shop_self (one, machine) VALUES (1, ?)", make_uuid()))
+    if (step != SQLITE_DONE || !table_.run("INSERT INTO shop_self (one, machine) VALUES (1, ?)", make_uuid()))
       return tl::unexpected<Error>(table_.error(folder_));
   }
   constexpr const char* kWaiting = "WHERE state IN ('claimed', 'accepted', 'received', 'planning', 'ready')";
@@ -117,16 +106,15 @@ Result<LocalShop> SpoolShop::read(int ahead) {
 }
 
 Result<void> SpoolShop::remember(const ShopMark& mark) {
-  if (run_shop(table_, "UPDATE shop_self SET shop = ?, epoch = ?, epoch_id = ?, token = ?, serial = ?",
-               mark.shop, mark.epoch, mark.epoch_id, mark.token, mark.serial))
+  if (table_.run("UPDATE shop_self SET shop = ?, epoch = ?, epoch_id = ?, token = ?, serial = ?", mark.shop,
+                 mark.epoch, mark.epoch_id, mark.token, mark.serial))
     return {};
   return tl::unexpected<Error>(table_.error(folder_));
 }
 
 Result<void> SpoolShop::insert(const ShopJob& job) {
   const ShopFile part = job.files.size() > 1 ? job.files[1] : ShopFile();
-  if (run_shop(
-          table_,
+  if (table_.run(
           "INSERT INTO shop_jobs (uuid, epoch, token, number, name, program, hash, bytes, part_hash, "
           "part_bytes, "
           "state) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, 'claimed') ON CONFLICT (uuid) DO UPDATE SET epoch = "
@@ -144,8 +132,8 @@ Result<bool> SpoolShop::claim(const ShopJob& job, const ShopMark& mark) {
   const Result<void> kept = transaction([&]() -> Result<void> {
     if (Result<void> marked = remember(mark); !marked) return marked;
     if (fresh) return insert(job);
-    if (run_shop(table_, "UPDATE shop_jobs SET epoch = ?, token = ?, changed = changed + 1 WHERE uuid = ?",
-                 job.ticket.epoch, job.ticket.token, job.ticket.job))
+    if (table_.run("UPDATE shop_jobs SET epoch = ?, token = ?, changed = changed + 1 WHERE uuid = ?",
+                   job.ticket.epoch, job.ticket.token, job.ticket.job))
       return {};
     return tl::unexpected<Error>(table_.error(folder_));
   });
@@ -154,55 +142,52 @@ Result<bool> SpoolShop::claim(const ShopJob& job, const ShopMark& mark) {
 }
 
 Result<void> SpoolShop::raise_serial(std::uint64_t serial) {
-  if (run_shop(table_, "UPDATE shop_self SET serial = max(serial, ?)", serial)) return {};
+  if (table_.run("UPDATE shop_self SET serial = max(serial, ?)", serial)) return {};
   return tl::unexpected<Error>(table_.error(folder_));
 }
 
 Result<void> SpoolShop::confirm(const std::string& job, std::uint64_t serial) {
   return transaction([&]() -> Result<void> {
-    if (!run_shop(table_,
-                  "UPDATE shop_jobs SET state = 'accepted', changed = changed + 1, told = changed + 1 WHERE "
-                  "uuid = ? "
-                  "AND state = 'claimed'",
-                  job))
+    if (!table_.run(
+            "UPDATE shop_jobs SET state = 'accepted', changed = changed + 1, told = changed + 1 WHERE "
+            "uuid = ? "
+            "AND state = 'claimed'",
+            job))
       return tl::unexpected<Error>(table_.error(folder_));
     return raise_serial(serial);
   });
 }
 
 Result<void> SpoolShop::drop(const std::string& job) {
-  if (run_shop(table_, "UPDATE shop_jobs SET state = 'dropped' WHERE uuid = ? AND state = 'claimed'", job))
+  if (table_.run("UPDATE shop_jobs SET state = 'dropped' WHERE uuid = ? AND state = 'claimed'", job))
     return {};
   return tl::unexpected<Error>(table_.error(folder_));
 }
 
 Result<void> SpoolShop::spoil(const std::string& job, const std::string& why) {
-  if (run_shop(table_,
-               "UPDATE shop_jobs SET state = 'spoiled', note = ?, changed = changed + 1 WHERE uuid = ? AND "
-               "state = "
-               "'accepted'",
-               valid_text(why), job))
+  if (table_.run("UPDATE shop_jobs SET state = 'spoiled', note = ?, changed = changed + 1 WHERE uuid = ? AND "
+                 "state = "
+                 "'accepted'",
+                 valid_text(why), job))
     return {};
   return tl::unexpected<Error>(table_.error(folder_));
 }
 
 Result<void> SpoolShop::told(const std::string& job, std::uint64_t version, std::uint64_t serial) {
   return transaction([&]() -> Result<void> {
-    if (!run_shop(table_, "UPDATE shop_jobs SET told = max(told, ?) WHERE uuid = ?", version, job))
+    if (!table_.run("UPDATE shop_jobs SET told = max(told, ?) WHERE uuid = ?", version, job))
       return tl::unexpected<Error>(table_.error(folder_));
     return raise_serial(serial);
   });
 }
 
 Result<void> SpoolShop::overrule(const std::string& job) {
-  if (run_shop(table_, "UPDATE shop_jobs SET state = 'overruled', told = changed WHERE uuid = ?", job))
-    return {};
+  if (table_.run("UPDATE shop_jobs SET state = 'overruled', told = changed WHERE uuid = ?", job)) return {};
   return tl::unexpected<Error>(table_.error(folder_));
 }
 
 Result<void> SpoolShop::retell() {
-  if (run_shop(table_,
-               "UPDATE shop_jobs SET told = 0 WHERE state NOT IN ('claimed', 'dropped', 'overruled')"))
+  if (table_.run("UPDATE shop_jobs SET told = 0 WHERE state NOT IN ('claimed', 'dropped', 'overruled')"))
     return {};
   return tl::unexpected<Error>(table_.error(folder_));
 }

@@ -10,20 +10,6 @@
 
 namespace tiltfeed::daemon {
 
-namespace {
-
-/// Runs one statement with these values; false: the table could not.
-template <class... Values>
-bool run_state(const SpoolTable& table, const char* sql, const Values&... values) {
-  SpoolStatement statement;
-  if (!table.prepare(statement, sql)) return false;
-  int at = 0;
-  (statement.bind(++at, values), ...);
-  return sqlite3_step(statement.s) == SQLITE_DONE;
-}
-
-}  // namespace
-
 SpoolStates Spool::shop_states() const { return SpoolStates(*table_, folder_); }
 
 tl::unexpected<Error> SpoolStates::error() const { return tl::unexpected<Error>(table_.error(folder_)); }
@@ -39,9 +25,8 @@ Result<std::optional<ShopState>> SpoolStates::last() {
 
 /// One statement adds, one takes out what is too old: the second may fail without harm.
 Result<void> SpoolStates::insert(std::uint64_t at, const std::string& state) {
-  if (!run_state(table_, "INSERT INTO shop_states (at, state) VALUES (?, ?)", at, state)) return error();
-  static_cast<void>(run_state(
-      table_,
+  if (!table_.run("INSERT INTO shop_states (at, state) VALUES (?, ?)", at, state)) return error();
+  static_cast<void>(table_.run(
       "DELETE FROM shop_states WHERE (told = 1 AND at < ?) OR at <= (SELECT at FROM shop_states ORDER BY at "
       "DESC LIMIT 1 OFFSET ?)",
       at - std::min(at, kKeptMs), kMost));
@@ -73,10 +58,9 @@ Result<void> SpoolStates::note(std::uint64_t at, const std::string& state) {
 }
 
 Result<void> SpoolStates::live(std::uint64_t at) {
-  if (run_state(table_,
-                "INSERT INTO shop_alive (one, at) VALUES (1, ?) ON CONFLICT (one) DO UPDATE SET at = "
-                "excluded.at",
-                at))
+  if (table_.run("INSERT INTO shop_alive (one, at) VALUES (1, ?) ON CONFLICT (one) DO UPDATE SET at = "
+                 "excluded.at",
+                 at))
     return {};
   return error();
 }
@@ -94,12 +78,12 @@ Result<std::vector<ShopState>> SpoolStates::untold() {
 }
 
 Result<void> SpoolStates::told(std::uint64_t at) {
-  if (run_state(table_, "UPDATE shop_states SET told = 1 WHERE told = 0 AND at <= ?", at)) return {};
+  if (table_.run("UPDATE shop_states SET told = 1 WHERE told = 0 AND at <= ?", at)) return {};
   return error();
 }
 
 Result<void> SpoolStates::retell() {
-  if (run_state(table_, "UPDATE shop_states SET told = 0")) return {};
+  if (table_.run("UPDATE shop_states SET told = 0")) return {};
   return error();
 }
 

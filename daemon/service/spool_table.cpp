@@ -80,6 +80,8 @@ bool SpoolTable::lacks_room(const std::string& folder) const {
   return code == SQLITE_FULL || (code == SQLITE_IOERR && !has_room(folder));
 }
 
+bool SpoolStatement::finish() { return sqlite3_step(s) == SQLITE_DONE; }
+
 bool SpoolTable::prepare(SpoolStatement& statement, const std::string& sql) const {
   return sqlite3_prepare_v2(db, sql.c_str(), -1, &statement.s, nullptr) == SQLITE_OK;
 }

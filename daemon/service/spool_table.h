@@ -25,6 +25,8 @@ struct SpoolStatement {
   std::uint64_t number(int column) const;
   double real(int column) const;
   bool known(int column) const;
+  /// Steps to the end of a statement that gives no row; false: the table could not.
+  bool finish();
   /// Parameters count from 1; what is never bound is NULL.
   void bind(int at, const std::string& value);
   void bind(int at, std::uint64_t value);
@@ -54,6 +56,15 @@ struct SpoolTable {
   /// Whether that was for a disk or a quota without room.
   bool lacks_room(const std::string& folder) const;
   bool prepare(SpoolStatement& statement, const std::string& sql) const;
+  /// Runs one statement with these values for its parameters; false: the table could not.
+  template <class... Values>
+  bool run(const char* sql, const Values&... values) const {
+    SpoolStatement statement;
+    if (!prepare(statement, sql)) return false;
+    int at = 0;
+    (statement.bind(++at, values), ...);
+    return statement.finish();
+  }
 };
 
 }  // namespace tiltfeed::daemon

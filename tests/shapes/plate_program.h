@@ -28,6 +28,17 @@ inline CheckedMesh checked(const Mesh& mesh) {
   return part;
 }
 
+/// A block of stock, in lines along all three axes.
+inline Stock stock_block(const Box& box, double cell) {
+  Stock stock{{}, box, cell};
+  for (int axis = 0; axis < 3; ++axis) {
+    stock.bundles.emplace_back(axis, box, cell);
+    for (int s = 0; s < Dexels::kStripes; ++s)
+      stock.bundles.back().fill(s, box), stock.bundles.back().settle(s);
+  }
+  return stock;
+}
+
 inline Job make_job() {
   Job job;
   job.path = "test.yaml";

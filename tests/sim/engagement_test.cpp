@@ -20,16 +20,7 @@ namespace {
 constexpr double kAsked = 1200.0;  // mm/min
 
 /// Stock from (-30, -10, -10) to (30, 10, 0).
-Stock bar_stock(double cell) {
-  const Box box{{-30, -10, -10}, {30, 10, 0}};
-  Stock stock{{}, box, cell};
-  for (int axis = 0; axis < 3; ++axis) {
-    stock.bundles.emplace_back(axis, box, cell);
-    for (int s = 0; s < Dexels::kStripes; ++s)
-      stock.bundles.back().fill(s, box), stock.bundles.back().settle(s);
-  }
-  return stock;
-}
+Stock bar_stock(double cell) { return stock_block({{-30, -10, -10}, {30, 10, 0}}, cell); }
 
 /// Moves at feed through these poses, each as slow as F asks for, or slower by `slower`.
 ExecutedPath through(const std::vector<Pose>& poses, double slower = 1.0) {

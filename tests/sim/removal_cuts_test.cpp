@@ -16,16 +16,7 @@ using namespace config;
 namespace {
 
 /// A block of stock from (-10, -10, -10) to (10, 10, 0), nothing of a part.
-Stock block(double cell) {
-  const Box box{{-10, -10, -10}, {10, 10, 0}};
-  Stock stock{{}, box, cell};
-  for (int axis = 0; axis < 3; ++axis) {
-    stock.bundles.emplace_back(axis, box, cell);
-    for (int s = 0; s < Dexels::kStripes; ++s)
-      stock.bundles.back().fill(s, box), stock.bundles.back().settle(s);
-  }
-  return stock;
-}
+Stock block(double cell) { return stock_block({{-10, -10, -10}, {10, 10, 0}}, cell); }
 
 void cut(Stock& stock, const Cutter& cutter, const Pose& from, const Pose& to) {
   const ToolSweep sweep(cutter);
