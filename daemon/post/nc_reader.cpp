@@ -9,6 +9,7 @@
 
 #include "daemon/post/dialect_words.h"
 #include "daemon/post/nc_arcs.h"
+#include "daemon/post/nc_functions.h"
 #include "daemon/post/nc_lines.h"
 #include "daemon/post/nc_planes.h"
 #include "daemon/post/nc_rules.h"
@@ -36,8 +37,8 @@ std::optional<bool> unit_code(int tenths) {
 
 class Reader {
  public:
-  Reader(std::string name, const TextLanguage& language) : name_(std::move(name)), language_(language) {
-    facts_.operations.emplace_back();
+  Reader(std::string name, const TextLanguage& language)
+      : name_(std::move(name)), language_(language), functions_(facts_, language_) {
     tnc_ = language.dialect == config::Dialect::kHeidenhain ||
            language.dialect == config::Dialect::kHeidenhainIso;
     known_[3] = language.tilt == kNoLetter;
@@ -49,7 +50,6 @@ class Reader {
   Result<NcProgram> finish();
 
  private:
-  TextOperation& operation() { return facts_.operations.back(); }
   tl::unexpected<Error> wrong(const std::string& what) const {
     return fail(Code::kInput, name_ + ":" + std::to_string(line_) + ": " + what);
   }
@@ -64,37 +64,26 @@ class Reader {
     return inches ? "the program is in inches; post it in mm, or state units: inch in the profile"
                   : "the program is in mm, and the profile says units: inch";
   }
-  void machine_codes(const DialectWords& words);
+  void mode_codes(const DialectWords& words);
   void note_table();
   Mistake begin_plane(Result<TextPlane> plane);
   Mistake call_offset(std::pair<int, double> called);
   Mistake own_offset();
   Mistake planes(const DialectWords& words);
-  Mistake dwell(const DialectWords& words);
-  void compensation(const DialectWords& words);
   Mistake motion(const DialectWords& words);
   double turned(const DialectWords& words, char letter, RotaryWord counting, double from) const;
-  void next_tool(int number);
-  /// A change of the spindle or coolant, or a stop.
-  void event(EventKind kind, double value) {
-    if (kind == EventKind::kSpindle && value == std::exchange(spindle_, value)) return;
-    if (kind == EventKind::kCoolant && value == std::exchange(coolant_, value)) return;
-    operation().events.push_back({operation().blocks.size(), kind, value, ""});
-  }
 
   std::string name_;
   std::vector<std::string> comments_;  ///< of the line
   TextLanguage language_;
   NcProgram facts_;
+  FunctionReader functions_;
   std::uint32_t line_ = 0;
   bool tnc_ = false;  ///< a Heidenhain control, whose M126 to M129 others may use for anything
-  bool ended_ = false, changing_ = false, rapid_ = true, motion_known_ = false, inverse_ = false,
-       tcp_ = false, incremental_ = false, compensated_ = false, shorter_ = false, moved_ = false;
-  double feed_ = 0.0, speed_ = 0.0, spindle_ = 0.0, coolant_ = 0.0;
-  int selected_ = -1;             ///< the last T; -1: none
-  bool changes_by_code_ = false;  ///< M6 has come
-  int turn_ = 0;                  ///< spindle: 3, 4, or 0
-  int plane_ = 17, told_plane_ = 17;
+  bool ended_ = false, rapid_ = true, motion_known_ = false, inverse_ = false, tcp_ = false,
+       incremental_ = false, shorter_ = false, moved_ = false;
+  double feed_ = 0.0;
+  int plane_ = 17;
   ArcReader arcs_;
   std::pair<int, double> offset_{};  ///< the code in tenths, and its P
   /// Work offsets of planes, and where the rotaries stand in these.
@@ -105,11 +94,6 @@ class Reader {
   Joints at_;
   std::array<bool, 5> known_{};
 };
-
-void Reader::next_tool(int number) {
-  if (number != operation().tool_number && !operation().blocks.empty()) facts_.operations.emplace_back();
-  operation().tool_number = number;
-}
 
 /// Lines in words of a Heidenhain dialogue, and those that only set a control up; true when it was one.
 bool Reader::dialogue(const std::string& line, Mistake& mistake) {
@@ -153,23 +137,11 @@ bool Reader::dialogue(const std::string& line, Mistake& mistake) {
   if (is("CYCL DEF 9.1 DWELL ")) {
     double seconds = 0.0;
     if (!(std::istringstream(line.substr(19)) >> seconds)) mistake = "the dwell has no time";
-    event(EventKind::kDwell, seconds);
+    functions_.event(EventKind::kDwell, seconds);
     return true;
   }
   if (!is("TOOL CALL ")) return false;
-  std::istringstream in(line.substr(10));
-  for (std::string word; in >> word;) {
-    double value = 0.0;
-    const bool speed = word[0] == 'S';
-    if (word == "Z" || !(std::istringstream(word.substr(speed ? 1 : 0)) >> value)) continue;
-    if (!speed && !(value >= 0.0 && value < kLargestNumber)) {
-      mistake = "the tool's number is too large";
-      return true;
-    }
-    if (!speed) next_tool(static_cast<int>(value));
-    if (speed) speed_ = value;
-    if (speed && turn_ != 0) event(EventKind::kSpindle, turn_ == 4 ? -value : value);
-  }
+  mistake = functions_.tool_call(line.substr(10));
   return true;
 }
 
@@ -256,62 +228,13 @@ Mistake Reader::one_code(int tenths) {
   return std::nullopt;
 }
 
-void Reader::machine_codes(const DialectWords& words) {
-  if (words.has('T')) {
-    selected_ = static_cast<int>(words.values.at('T'));
-    // Where a code changes the tool T alone only makes it ready, but before the first of these.
-    if (!changes_by_code_ && !words.has_g(510)) next_tool(selected_);
-    changing_ = language_.dialect == config::Dialect::kGrbl;  // its M0 is the tool change
-  }
-  if (words.has('S')) speed_ = words.values.at('S');
+/// M codes that say how motion is read, or end the program.
+void Reader::mode_codes(const DialectWords& words) {
   for (const int code : words.m) {
-    if (code == 6 && selected_ >= 0) changes_by_code_ = true, next_tool(selected_);
-    if (code == 3 || code == 4) turn_ = code;
-    if (code == 5) turn_ = 0, event(EventKind::kSpindle, 0.0);
-    if (code == 7) event(EventKind::kCoolant, 2.0);
-    if (code == 8) event(EventKind::kCoolant, 1.0);
-    if (code == 9) event(EventKind::kCoolant, 0.0);
-    if (code == 0 && !std::exchange(changing_, false)) event(EventKind::kStop, 0.0);
-    if (code == 1) event(EventKind::kOptionalStop, 0.0);
     if (tnc_ && (code == 128 || code == 129)) tcp_ = code == 128;
     if (tnc_ && (code == 126 || code == 127)) shorter_ = code == 126;
     if (code == 2 || code == 30) ended_ = true;
   }
-  if (words.has_m(3) || words.has_m(4) || (words.has('S') && turn_ != 0))
-    event(EventKind::kSpindle, turn_ == 4 ? -speed_ : speed_);
-}
-
-/// G40 to G42, R0, RL and RR of a Heidenhain dialogue, and the registers of length and radius.
-void Reader::compensation(const DialectWords& words) {
-  const bool left = words.has_g(410) || words.named("RL"), right = words.has_g(420) || words.named("RR"),
-             off = words.has_g(400) || (language_.dialect == config::Dialect::kHeidenhain && words.has('R')),
-             edge = language_.dialect == config::Dialect::kSiemens;
-  // Only there a plane is said to who posts the program again; arcs make their own.
-  if ((left || right) && plane_ != std::exchange(told_plane_, plane_)) event(EventKind::kPlane, plane_);
-  if (left || right)
-    event(left ? EventKind::kCutterLeft : EventKind::kCutterRight,
-          words.has('D') ? words.values.at('D') : 0.0);
-  if (off && compensated_) event(EventKind::kCutterOff, 0.0);
-  if (left || right || off) compensated_ = left || right;
-  const char letter = edge ? 'D' : 'H';
-  if (!words.has(letter)) return;
-  const int stated = static_cast<int>(words.values.at(letter));
-  if (stated == 0) return;  // none is in force, as before a retract
-  operation().length_register = stated == (edge ? 1 : operation().tool_number) ? 0 : stated;
-}
-
-Mistake Reader::dwell(const DialectWords& words) {
-  for (const char letter : {'P', 'F', 'X'}) {
-    if (!words.has(letter)) continue;
-    // Fanuc and Haas: a P without a point is in milliseconds.
-    const bool short_p = letter == 'P' && (language_.dialect == config::Dialect::kFanuc ||
-                                           language_.dialect == config::Dialect::kHaas);
-    if (words.values.at(letter) < 0.0) return "G4 has a time below 0";
-    const bool milli = short_p && words.printed.at('P').find('.') == std::string::npos;
-    event(EventKind::kDwell, words.values.at(letter) * (milli ? 1e-3 : 1.0));
-    return std::nullopt;
-  }
-  return "G4 has no time";
 }
 
 /// Where an axis at `from` goes by its word: the shorter way where the program says so, on these controls.
@@ -369,7 +292,7 @@ Mistake Reader::motion(const DialectWords& words) {
   moved_ = true;
   const bool slides = words.has('X') || words.has('Y') || words.has('Z');
   const double feed = feed_ * (slides && !inverse_ ? unit() : 1.0);
-  operation().blocks.push_back(
+  functions_.operation().blocks.push_back(
       {at_, rapid, tcp_, !rapid && inverse_, rapid ? 0.0 : feed, line_, tilted_, arc_number});
   return std::nullopt;
 }
@@ -419,10 +342,11 @@ Mistake Reader::apply(const DialectWords& words) {
     return begin_plane(plane_of_words(words));
   if (auto bad = codes(words)) return bad;
   if (auto bad = planes(words)) return bad;
-  if (words.has_g(40)) return dwell(words);
+  if (words.has_g(40)) return functions_.dwell(words);
   if (words.has('F')) feed_ = words.values.at('F');
-  machine_codes(words);
-  compensation(words);
+  functions_.machine_codes(words);
+  functions_.compensation(words, plane_);
+  mode_codes(words);
   return motion(words);
 }
 
@@ -449,7 +373,7 @@ Result<void> Reader::read(std::string line) {
   if (auto bad = strip_line(line, language_.dialect, comments_)) return wrong(*bad);
   for (const std::string& text : comments_) take_header(text, facts_);
   if (line.empty()) return {};
-  if (line == language_.through_on) return event(EventKind::kCoolant, 3.0), Result<void>{};
+  if (line == language_.through_on) return functions_.event(EventKind::kCoolant, 3.0), Result<void>{};
   Mistake mistake;
   if (dialogue(line, mistake)) return mistake ? Result<void>(wrong(*mistake)) : Result<void>{};
   DialectWords words;
