@@ -50,26 +50,36 @@ class Columns {
  public:
   explicit Columns(double beyond) {
     const double half = kHalf + beyond;
-    for (double x = -half; x <= half; x += kGrid)
-      for (double y = -half; y <= half; y += kGrid) columns_.push_back({x, y, kTop});
+    for (double x = -half; x <= half; x += kGrid) lines_.push_back(x);
+    columns_.assign(lines_.size() * lines_.size(), kTop);
   }
 
   /// The ball of radius r at the end of the tool goes there; how deep it was in the stock, mm.
   double cut(Point<Part> tip, double r) {
     double deepest = 0.0;
-    for (Point<Part>& c : columns_) {
-      const double square = r * r - (c.x - tip.x) * (c.x - tip.x) - (c.y - tip.y) * (c.y - tip.y);
-      if (square < 0.0) continue;
-      const double height = tip.z + r - std::sqrt(square);
-      deepest = std::max(deepest, c.z - height);
-      c.z = std::min(c.z, height);
-    }
+    const auto near = [&](double at) {
+      return std::pair(std::lower_bound(lines_.begin(), lines_.end(), at - r) - lines_.begin(),
+                       std::upper_bound(lines_.begin(), lines_.end(), at + r) - lines_.begin());
+    };
+    const auto [x0, x1] = near(tip.x);
+    const auto [y0, y1] = near(tip.y);
+    for (auto ix = x0; ix < x1; ++ix)
+      for (auto iy = y0; iy < y1; ++iy) {
+        const double dx = lines_[ix] - tip.x, dy = lines_[iy] - tip.y;
+        const double square = r * r - dx * dx - dy * dy;
+        if (square < 0.0) continue;
+        const double height = tip.z + r - std::sqrt(square);
+        double& column = columns_[ix * lines_.size() + iy];
+        deepest = std::max(deepest, column - height);
+        column = std::min(column, height);
+      }
     return deepest;
   }
 
  private:
   static constexpr double kGrid = 0.5;
-  std::vector<Point<Part>> columns_;
+  std::vector<double> lines_;    ///< x, and y, of the columns
+  std::vector<double> columns_;  ///< their upper ends, by x, then y
 };
 
 struct Cut {

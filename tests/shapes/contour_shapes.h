@@ -109,23 +109,36 @@ double largest(Function f) {
 /// z' of the centre of a ball let down on the axis line until it meets the mesh; kNoSurface if it comes to
 /// `least` without meeting it.
 inline double let_down(const Mesh& mesh, const AxisLine& line, double radius, double least) {
-  double top = kNoSurface;
+  // No point of a facet holds the ball higher than `bound`.
+  struct Near {
+    double bound;
+    Vec3 a, b, c;
+  };
+  std::vector<Near> near;
   for (const auto& f : mesh.facets) {
     const Vec3 a = mesh.vertices[f[0]] - line.base, b = mesh.vertices[f[1]] - line.base,
                c = mesh.vertices[f[2]] - line.base;
     const Vec3 middle = (a + b + c) / 3.0;
     const double size = std::max({length(a - middle), length(b - middle), length(c - middle)});
     const double height = dot(middle, line.axis);
-    if (std::max({dot(a, line.axis), dot(b, line.axis), dot(c, line.axis)}) + radius < least) continue;
-    if (height < 0.0 || length(middle - line.axis * height) > radius + size) continue;
+    const double beside = std::max(0.0, length(middle - line.axis * height) - size);
+    if (height < 0.0 || beside > radius) continue;
+    const double bound = std::max({dot(a, line.axis), dot(b, line.axis), dot(c, line.axis)}) +
+                         std::sqrt(radius * radius - beside * beside);
+    if (bound >= least) near.push_back({bound, a, b, c});
+  }
+  std::sort(near.begin(), near.end(), [](const Near& p, const Near& q) { return p.bound > q.bound; });
+  double top = kNoSurface;
+  for (const Near& facet : near) {
+    if (facet.bound <= top) break;
+    const Vec3 &a = facet.a, &b = facet.b, &c = facet.c;
     // Beyond the ball the height falls steeply, which keeps the function concave.
     const auto over = [&](double s, double t) {
       const Vec3 p = a + ((b + (c - b) * t) - a) * s;
       const double h = dot(p, line.axis), d = length(p - line.axis * h);
       return d <= radius ? h + std::sqrt(radius * radius - d * d) : h - 1e8 * (d - radius);
     };
-    double z = largest([&](double s) { return largest([&](double t) { return over(s, t); }); });
-    if (z > top) top = z;
+    top = std::max(top, largest([&](double s) { return largest([&](double t) { return over(s, t); }); }));
   }
   return top < least ? kNoSurface : top;
 }

@@ -74,8 +74,15 @@ AptProgram bows(double lean) {
 
 double off_polyline(Point<Part> p, const std::vector<Point<Part>>& way) {
   double least = 1e9;
-  for (std::size_t i = 1; i < way.size(); ++i)
-    least = std::min(least, distance_to_segment(p, way[i - 1], way[i]));
+  // Whether both ends lie further away to one side.
+  const auto beside = [&](double at, double a, double b) {
+    return (a - at > least && b - at > least) || (at - a > least && at - b > least);
+  };
+  for (std::size_t i = 1; i < way.size(); ++i) {
+    const Point<Part>&a = way[i - 1], &b = way[i];
+    if (beside(p.x, a.x, b.x) || beside(p.y, a.y, b.y) || beside(p.z, a.z, b.z)) continue;
+    least = std::min(least, distance_to_segment(p, a, b));
+  }
   return least;
 }
 
