@@ -27,6 +27,28 @@ machine: {root}/config/machines/generic-ac.yaml
 """
 
 
+# The second operation cuts the ridges that the first one leaves, so it depends on the direction of that one's rows.
+OPERATIONS = """part: {{name: bar, stl: bar.stl}}
+axis: {{mode: fixed}}
+tolerance_mm: 0.02
+clearance_mm: 5
+approach_mm: 1
+feeds: {{cut_mm_per_min: 6000, plunge_mm_per_min: 1000}}
+setup: {{part_zero_mm: [0, 0, 250]}}
+machine: {root}/config/machines/generic-ac.yaml
+operations:
+  - name: first
+    cutter: {{type: ball, diameter_mm: 10, length_mm: 120, shank_length_mm: 60}}
+    pattern: {{along: y, angle_deg: {first}, side_step_mm: 3}}
+    program: {{tool: 1}}
+  - name: rest
+    cutter: {{type: ball, diameter_mm: 4, length_mm: 120, shank_length_mm: 60}}
+    pattern: {{along: y, angle_deg: {rest}, side_step_mm: 1}}
+    rest: {{more_than_mm: 0.1}}
+    program: {{tool: 2}}
+"""
+
+
 class Shop:
     def __init__(self, binaries, work):
         self.bin, self.work = os.path.abspath(binaries), os.path.abspath(work)
@@ -44,6 +66,14 @@ class Shop:
 
     def plan(self, along, *options):
         return self.call("plan", f"{along}.yaml", "--out", f"{along}{len(options)}.nc", "--report", "r.json", "--json", *options)
+
+    def plan_operations(self, name, first, rest, *options):
+        """What is said of it, and its blocks of motion."""
+        with open(f"{self.work}/{name}.yaml", "w", encoding="utf-8") as out:
+            out.write(OPERATIONS.format(root=ROOT, first=first, rest=rest))
+        said = self.call("plan", f"{name}.yaml", "--out", f"{name}.nc", "--json", *options)
+        with open(f"{self.work}/{name}.nc", encoding="utf-8") as program:
+            return said, [line for line in program if not line.lstrip().startswith("(")]
 
     def machine_seconds(self, along, options):
         report = self.call("verify", f"{along}.yaml", f"{along}{options}.nc", "--json")
@@ -70,6 +100,14 @@ def main():
     assert kept["shortest_time"][0]["angle_deg"] is None and kept["shortest_time"][0]["directions_tried"] == 3, kept["shortest_time"]
     with open(f"{shop.work}/x0.nc", "rb") as own, open(f"{shop.work}/x2.nc", "rb") as optimised:
         assert own.read() == optimised.read(), "the same rows, another program"
+    # Where an operation cuts what the ones before leave it is planned for what these leave in their new directions.
+    found, blocks = shop.plan_operations("found", 0, 0, "--optimise", "time")
+    turned = [told["angle_deg"] for told in found["shortest_time"]]
+    assert turned[0] is not None, found["shortest_time"]
+    _, stated = shop.plan_operations("stated", turned[0], turned[1] or 0)
+    assert blocks == stated, "another program than that of a job with the directions found"
+    _, own = shop.plan_operations("own", 0, turned[1] or 0)
+    assert own[-1] == stated[-1] and own != stated, "the directions make no difference"
     print(f"shortest time: {after:.1f} s instead of {before:.1f}")
 
 
