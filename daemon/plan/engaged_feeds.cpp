@@ -86,6 +86,10 @@ Result<void> feeds_can_follow(const std::vector<const OperationPlan*>& operation
     const std::string where = job.path + ": --optimise feed ";
     if (one->in_planes())
       return fail(Code::kInput, where + "does not go with tilted planes: state program.tilted_planes: false");
+    if (one->in_stretches())
+      return fail(Code::kInput, where +
+                                    "does not go with rapids by way of the retract, which keep bodies "
+                                    "apart here: plan without it");
     if (job.machine.format.inches)
       return fail(Code::kInput, where + "does not go with program.units: inch: plan with a profile in mm");
     if (job.program.arc_tolerance > 0.0)

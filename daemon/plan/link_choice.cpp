@@ -33,6 +33,8 @@ class NewLink {
         choice_(choice),
         along_(choice.at_feed ? MoveKind::kPlunge : MoveKind::kRapid) {}
   std::vector<Move> moves();
+  /// Of these, the one behind the retract; 0: there is none.
+  std::size_t begins() const { return begins_; }
 
  private:
   void put(const Pose& pose, MoveKind kind = MoveKind::kRapid) { out_.push_back({pose, kind, kNoFacet}); }
@@ -44,6 +46,7 @@ class NewLink {
   const LinkWay& way_;
   const LinkChoice& choice_;
   const MoveKind along_;  ///< off a cut and to it
+  std::size_t begins_ = 0;
   std::vector<Move> out_;
 };
 
@@ -65,7 +68,8 @@ std::vector<Move> NewLink::moves() {
     for (std::size_t i = way_.first; i < way_.last; ++i)
       put(at(i), choice_.higher > 0.0 ? along_ : path_.moves[i].kind);
   };
-  if (way_.first == way_.last || choice_.higher == 0.0) return planned(), std::move(out_);
+  if (way_.first == way_.last || (choice_.higher == 0.0 && !choice_.at_retract))
+    return planned(), std::move(out_);
   if (way_.first == 0) {
     put(higher(at(0), choice_.higher));
     return planned(), std::move(out_);
@@ -78,14 +82,17 @@ std::vector<Move> NewLink::moves() {
   }
   const Pose from = over_last_cut(), to = over_next_cut();
   put(from, along_);
-  if (choice_.turn == LinkTurn::kOnTheWay) {
+  if (choice_.at_retract) {
+    if (choice_.at_feed) put(higher(from, kEndsInRapid));
+    begins_ = out_.size();
+  } else if (choice_.turn == LinkTurn::kOnTheWay) {
     for (std::size_t i = way_.first; i < way_.last; ++i)
       if (const Pose next = higher(at(i), choice_.higher); next != out_.back().pose)
         put(next, path_.moves[i].kind);
   } else {
     put(choice_.turn == LinkTurn::kBehind ? Pose{to.tip, from.axis} : Pose{from.tip, to.axis});
   }
-  if (to != out_.back().pose) put(to);
+  if (choice_.at_retract || to != out_.back().pose) put(to);
   put(at(way_.last - 1), along_);
   return std::move(out_);
 }
@@ -114,13 +121,15 @@ std::vector<LinkWay> link_ways(const ToolPath& path) {
 }
 
 bool differs(const ToolPath& path, std::size_t link, std::size_t choice) {
-  if (kLinkChoices[choice].turn == LinkTurn::kOnTheWay) return true;
+  const bool turns = kLinkChoices[choice].turn != LinkTurn::kOnTheWay;
+  if (!turns && !kLinkChoices[choice].at_retract) return true;
   const LinkWay way = link_ways(path)[link];
   return way.first > 0 && way.last < path.moves.size() &&
-         !one_axis(path.moves[way.first - 1].pose, path.moves[way.last - 1].pose);
+         !(turns && one_axis(path.moves[way.first - 1].pose, path.moves[way.last - 1].pose));
 }
 
-ToolPath with_links(const ToolPath& path, const std::vector<std::size_t>& choices) {
+ToolPath with_links(const ToolPath& path, const std::vector<std::size_t>& choices,
+                    std::vector<std::size_t>* begins) {
   ToolPath out{path.name, path.tool, path.cut_feed, path.plunge_feed, {}, {}};
   const std::vector<LinkWay> links = link_ways(path);
   auto feed = path.feeds.begin();
@@ -138,7 +147,10 @@ ToolPath with_links(const ToolPath& path, const std::vector<std::size_t>& choice
     for (; at < way.first; ++at) put_feeds(at), out.moves.push_back(path.moves[at]);
     if (way.first == way.last) continue;
     put_feeds(way.first);
-    for (Move& move : NewLink(path, way, kLinkChoices[choices[i]]).moves()) out.moves.push_back(move);
+    NewLink link(path, way, kLinkChoices[choices[i]]);
+    const std::size_t before = out.moves.size();
+    for (const Move& move : link.moves()) out.moves.push_back(move);
+    if (begins != nullptr && link.begins() > 0) begins->push_back(before + link.begins());
     at = way.last;
   }
   for (; at < path.moves.size(); ++at) put_feeds(at), out.moves.push_back(path.moves[at]);

@@ -23,10 +23,13 @@ struct LinkChoice {
   LinkTurn turn = LinkTurn::kOnTheWay;
   /// Off the cut and to it along its axis not as a rapid, for which bodies are to be further apart.
   bool at_feed = false;
+  /// Between both cuts the tool is taken off to the end of the machine's Z: behind the way off the last cut a
+  /// stretch of the program ends, and the next begins before the way to the next cut.
+  bool at_retract = false;
 };
 
 /// In the order in which they are tried. The first is the planned way.
-inline constexpr std::array<LinkChoice, 14> kLinkChoices{{{0.0, LinkTurn::kOnTheWay},
+inline constexpr std::array<LinkChoice, 16> kLinkChoices{{{0.0, LinkTurn::kOnTheWay},
                                                           {10.0, LinkTurn::kOnTheWay},
                                                           {25.0, LinkTurn::kOnTheWay, true},
                                                           {50.0, LinkTurn::kOnTheWay},
@@ -39,7 +42,9 @@ inline constexpr std::array<LinkChoice, 14> kLinkChoices{{{0.0, LinkTurn::kOnThe
                                                           {180.0, LinkTurn::kOnTheWay, true},
                                                           {250.0, LinkTurn::kOnTheWay, true},
                                                           {250.0, LinkTurn::kBehind, true},
-                                                          {250.0, LinkTurn::kBefore, true}}};
+                                                          {250.0, LinkTurn::kBefore, true},
+                                                          {0.0, LinkTurn::kOnTheWay, false, true},
+                                                          {50.0, LinkTurn::kOnTheWay, true, true}}};
 
 /// From the first rapid behind a cut to the last one before the next: moves from `first` to before `last`.
 struct LinkWay {
@@ -56,13 +61,15 @@ struct LinkWay {
 std::vector<LinkWay> link_ways(const ToolPath& path);
 
 /// Whether a choice makes another way than those before it in kLinkChoices: a way to the first cut, from the
-/// last one, or between two of one axis has no turn.
+/// last one, or between two of one axis has no turn; only one between two cuts has a retract.
 bool differs(const ToolPath& path, std::size_t link, std::size_t choice);
 
 /// The path with its links as chosen, by index into kLinkChoices. Properties: 1 the cuts, their order and
 /// their feeds are as they were. 2 A link begins and ends along the axes of the cuts beside it.
-/// Requires: a choice for each of link_ways().
-ToolPath with_links(const ToolPath& path, const std::vector<std::size_t>& choices);
+/// `begins`: the moves with which stretches of the program begin behind a retract, rising.
+/// Requires: a choice for each of link_ways(), one with a retract between two cuts only.
+ToolPath with_links(const ToolPath& path, const std::vector<std::size_t>& choices,
+                    std::vector<std::size_t>* begins = nullptr);
 
 /// What rapids and the feeds between them measure, mm of the tip.
 double rapid_length(const ToolPath& path);

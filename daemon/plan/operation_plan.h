@@ -12,6 +12,7 @@
 #include "daemon/plan/link_choice.h"
 #include "daemon/plan/stage_clock.h"
 #include "daemon/plan/start_turn.h"
+#include "daemon/plan/swing_choice.h"
 #include "daemon/post/block.h"
 #include "kinematics/basics/result.h"
 #include "kinematics/joints/joint_path.h"
@@ -23,6 +24,14 @@
 #include "pathgen/plan/plan.h"
 
 namespace tiltfeed::daemon {
+
+/// What of a program's ways has other choices.
+struct LinkPlace {
+  std::size_t link = 0;
+  bool swing = false;  ///< the axes' way at the retract, between the stretches at both ends of the link
+
+  bool operator==(const LinkPlace&) const = default;
+};
 
 class OperationPlan {
  public:
@@ -46,10 +55,12 @@ class OperationPlan {
   /// The same way at other speeds, where it cuts: blocks are cut up where the speed changes. `least_seconds`:
   /// of a block that is made shorter. Steps count in seconds of the joints that find_joints() found.
   /// Properties: 1 The words pass through the same places. 2 No axis is faster than it can be. 3 Without
-  /// steps all is as it was. Requires: find_joints(); not in_planes().
+  /// steps all is as it was. Requires: find_joints(); not in_stretches().
   void run_at(const std::vector<SpeedStep>& steps, double least_seconds);
   /// Its program is in tilted planes.
-  bool in_planes() const { return !runs_.empty(); }
+  bool in_planes() const { return in_stretches() && job_.machine.format.tilted_planes; }
+  /// It is in several stretches, with a retract between each two: as in planes, or with such links.
+  bool in_stretches() const { return !runs_.empty(); }
 
   /// On which side of home the tilt leans most, -1 or 1; 0: it stands at home.
   int tilt_side() const;
@@ -59,13 +70,19 @@ class OperationPlan {
 
   /// How each link goes, by index into kLinkChoices; empty before find_joints().
   const std::vector<std::size_t>& link_choices() const { return links_; }
+  /// How the axes go from the stretch before a link to that behind it, by index into kSwingChoices.
+  const std::vector<std::size_t>& swing_choices() const { return swings_; }
   /// The joints are to be found anew with these. Requires: as many as link_choices().
-  void choose_links(std::vector<std::size_t> choices) { links_ = std::move(choices), joints_known_ = false; }
-  /// The path whose links these are: as planned, without the ways at its ends.
-  const ToolPath& planned_links() const { return *base_; }
-  /// The link in which the axes come by these words, in a rapid or not; nothing: no link's move does, as a
-  /// cut does, or the way to where TCP begins. Requires: joints.
-  std::optional<std::size_t> link_at(const Joints& words, bool rapid) const;
+  void choose_links(std::vector<std::size_t> choices, std::vector<std::size_t> swings) {
+    links_ = std::move(choices), swings_ = std::move(swings), joints_known_ = false;
+  }
+  /// Whether the link, or the swing, goes another way with this choice than with those before it. Of a swing
+  /// between the joints that are known. Requires: joints.
+  bool link_differs(std::size_t link, std::size_t choice) const;
+  bool swing_differs(std::size_t link, std::size_t choice) const;
+  /// The link, or its swing, in which the axes come by these words, in a rapid or not; nothing: no link's
+  /// move does, as a cut does, or the way to where TCP begins. Requires: joints.
+  std::optional<LinkPlace> link_at(const Joints& words, bool rapid) const;
   /// The link that comes nearest to a place of the tip.
   std::size_t link_near(Point<Part> tip) const;
   /// The link whose new way find_joints() has refused at last for a limit of an axis.
@@ -90,11 +107,14 @@ class OperationPlan {
   void put_end_ways(const pathgen::Mesh& held);
   void take_links();
   void put_links();
-  void note_limit(const Error& error, const ToolPath& path);
-  Result<JointPath> joints_of(ToolPath& path, const JointPathOptions& options);
+  void note_limit(const Error& error, const ToolPath& path, std::size_t first_link = 0);
+  Result<JointPath> joints_of(const ToolPath& path, const JointPathOptions& options,
+                              const MachineModel& machine);
+  Result<JointPath> joints_behind(const Joints& from, ToolPath& path, const JointPathOptions& options,
+                                  const SwingChoice& choice);
   Result<void> find_path_joints(const pathgen::Mesh& held, const JointPathOptions& options);
-  Result<void> find_plane_joints(const std::vector<AxisRun>& ways, const pathgen::Mesh& held,
-                                 const JointPathOptions& options);
+  Result<void> find_run_joints(const ToolPath& whole, const std::vector<AxisRun>& ways,
+                               const pathgen::Mesh& held, const JointPathOptions& options);
   void time_joints(const JointPathOptions& options);
 
   config::Job job_;
@@ -109,16 +129,23 @@ class OperationPlan {
   };
   EndWays ends_;  ///< of planned_.path, in it
   std::optional<SingularityBendReport> bend_;
-  std::optional<ToolPath> base_;    ///< planned_.path before with_links()
-  std::vector<std::size_t> links_;  ///< of its links
-  double longer_ = 0.0;             ///< what they add to the rapids, mm
+  std::optional<ToolPath> base_;             ///< planned_.path before with_links()
+  std::vector<std::size_t> links_, swings_;  ///< of its links
+  double longer_ = 0.0;                      ///< what they add to the rapids, mm
+  ToolPath stretched_;                       ///< base_ with its links, some with a retract
+  std::vector<std::size_t> begins_;          ///< moves of stretched_ with which stretches begin; empty: none
   std::optional<std::size_t> limited_;
   JointPath joints_;
   bool joints_known_ = false;
   std::vector<JointMove> own_moves_;  ///< of joints_ at the job's own feeds, after run_at()
   JointPathOptions options_;          ///< of joints_
-  std::vector<AxisRun> runs_;         ///< of joints_, each in a tilted plane; empty: the program is in none
-  ToolPath printed_;                  ///< with runs_
+  std::vector<AxisRun> runs_;         ///< of joints_, each a stretch of the program; empty: it is one
+  struct Stretch {
+    std::size_t link = 0;  ///< in front of it
+    Joints usual;          ///< where it begins as planned
+  };
+  std::vector<Stretch> stretches_;  ///< of runs_
+  ToolPath printed_;                ///< with runs_
   std::optional<StartTurn> turn_;
   Timing timing_;
 };

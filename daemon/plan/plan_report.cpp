@@ -219,7 +219,17 @@ nlohmann::ordered_json avoidance_json(const PlanOutcome& o) {
                              {"link", one.link},
                              {"higher_mm", one.choice.higher},
                              {"at_feed", one.choice.at_feed},
-                             {"turn", kTurns[static_cast<std::size_t>(one.choice.turn)]}});
+                             {"turn", kTurns[static_cast<std::size_t>(one.choice.turn)]},
+                             {"at_retract", one.choice.at_retract}});
+  constexpr std::array kOrders{"together", "tilt_first", "rotary_first", "over_home"};
+  json["swings"] = nlohmann::ordered_json::array();
+  for (const AvoidedSwing& one : o.avoidance->swings)
+    json["swings"].push_back({{"operation", one.operation},
+                              {"link", one.link},
+                              {"order", kOrders[static_cast<std::size_t>(one.choice.way.order)]},
+                              {"across_first", one.choice.way.across_first},
+                              {"tilt_on_other_side", one.choice.other_side},
+                              {"other_way_round", one.choice.other_way}});
   return json;
 }
 

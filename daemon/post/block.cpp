@@ -274,6 +274,16 @@ Result<void> check(const Posting& posting) {
   return {};
 }
 
+/// One of the stretches between retracts, alone.
+JointPath stretch_of(const JointPath& path, const AxisRun& run) {
+  JointPath part;
+  part.moves.assign(path.moves.begin() + static_cast<std::ptrdiff_t>(run.first),
+                    path.moves.begin() + static_cast<std::ptrdiff_t>(run.last));
+  part.moves.front().seconds = 0.0;
+  for (const JointMove& move : part.moves) part.report.seconds += move.seconds;
+  return part;
+}
+
 }  // namespace
 
 Result<ProgramReport> write_program(const Posting& posting, std::ostream& out,
@@ -337,19 +347,27 @@ PlannedProgram planned_program(const JointPath& path, const std::vector<AxisRun>
     op.words = program.words.back().get();
     put();
   };
+  const auto put_words = [&](const JointPath& joints) {
+    JointPath words;
+    if (format.tcp) words = words_under_tcp(joints, job.machine.model, job.setup, tcp_options(job));
+    if (format.inches) words = printed_path(format.tcp ? std::move(words) : joints, format);
+    keep(format.tcp || format.inches ? std::move(words) : joints);
+  };
   for (const AxisRun& run : runs) {
-    const Joints& at = path.moves[run.first].joints;
-    op.plane = tilted_plane(job.machine, at.a, at.c);
-    keep(words_in_plane(path, run, job.machine, job.setup, *op.plane));
+    op.way = run.way;
+    if (format.tilted_planes) {
+      const Joints& at = path.moves[run.first].joints;
+      op.plane = tilted_plane(job.machine, at.a, at.c);
+      keep(words_in_plane(path, run, job.machine, job.setup, *op.plane));
+    } else {
+      put_words(stretch_of(path, run));
+    }
     op.goes_on = true;
     op.events.clear();
   }
   if (!runs.empty()) return program;
-  JointPath words;
-  if (format.tcp) words = words_under_tcp(path, job.machine.model, job.setup, tcp_options(job));
-  if (format.inches) words = printed_path(format.tcp ? std::move(words) : path, format);
   if (format.tcp || format.inches)
-    keep(std::move(words));
+    put_words(path);
   else
     put();
   return program;

@@ -45,7 +45,10 @@ class Writer {
   void tool_comments(const Operation& op);
   void modes();
   void retract();
+  using WordsOf = char* (PrintedWords::*)(char*, const Joints&) const;
   void positions(const Operation& op);
+  void go_to(const PrintedWords& words, WordsOf say, const Joints& to);
+  bool swing(const Operation& op, const PrintedWords& words, const Joints& first);
   void event(const PathEvent& event);
   void coolant(double kind);
   void cutter_side(const char* words, const Filling& filling);
@@ -151,13 +154,16 @@ void Writer::call_offset(const Operation& op) {
     line(text);
 }
 
-/// Between two planes of one tool.
+/// Between two planes of one tool, or two of its stretches.
 void Writer::turn(const Operation& op) {
   if (shorter_) lines(table_.shorter_off);
   shorter_ = false;
   usual_plane();
+  if (fed_) lines(table_.per_minute_on);
+  fed_ = false;
+  if (format_.tcp) lines(table_.tcp_off);
   retract();
-  lines(table_.plane_done);
+  if (op.plane) lines(table_.plane_done);
   call_length(op);
   call_offset(op);
   for (const std::string& open :
@@ -244,24 +250,41 @@ Joints Writer::first_place_of(const Operation& op) const {
   return first_place(posting_.machine, op.setup, words);
 }
 
+void Writer::go_to(const PrintedWords& words, WordsOf say, const Joints& to) {
+  std::array<char, 3 * kDecimalSpace> room;
+  char* const end = (words.*say)(room.data(), to);
+  line(std::string(table_.rapid) + std::string(room.data(), end) + table_.first_end + table_.rapid_end);
+}
+
+/// To the first place by the operation's own way; false: it has none.
+bool Writer::swing(const Operation& op, const PrintedWords& words, const Joints& first) {
+  if (!op.goes_on || op.way == SwingWay{}) return false;
+  const Joints& before = (&op - 1)->words->moves.back().joints;
+  if (before.a == first.a && before.c == first.c) return false;
+  // X and Y before may be of another kind of words: they are stated whatever they were.
+  Joints at{first.x - 1.0, first.y, first.z, before.a, before.c};
+  for (const Joints& to : swing_places(posting_.machine.model, at, first, op.way)) {
+    go_to(words, to.x != at.x ? &PrintedWords::place : &PrintedWords::rotaries, to);
+    at = to;
+  }
+  return true;
+}
+
 /// From the retract the rotaries turn, then X and Y go to their place; the operation's first block goes down.
 /// TCP begins there: before, the tip's way is not a line. Or it begins high up, and the table turns under it.
 void Writer::positions(const Operation& op) {
   const MachineModel& machine = posting_.machine.model;
   const PrintedWords words(format_, machine);
-  const auto go = [&](char* (PrintedWords::*say)(char*, const Joints&) const, const Joints& to) {
-    std::array<char, 3 * kDecimalSpace> room;
-    char* const end = (words.*say)(room.data(), to);
-    line(std::string(table_.rapid) + std::string(room.data(), end) + table_.first_end + table_.rapid_end);
-  };
+  const auto go = [&](WordsOf say, const Joints& to) { go_to(words, say, to); };
   const Joints first = first_place_of(op);
   const std::vector<Joints> start = tcp_start(posting_.machine, op.setup, first);
-  if (machine.tilt.present || machine.rotary.present)
+  const bool swings = swing(op, words, first);
+  if (!swings && (machine.tilt.present || machine.rotary.present))
     go(&PrintedWords::rotaries, start.empty() ? first : start.front());
   // Not before: the shorter way from an unknown place may leave the limits of an axis that has some.
   shorter_ = machine.tilt.word == RotaryWord::kShortest || machine.rotary.word == RotaryWord::kShortest;
   if (shorter_) lines(table_.shorter_on);
-  go(&PrintedWords::place, first);
+  if (!swings) go(&PrintedWords::place, first);
   if (format_.tcp) lines(table_.tcp_on);
   if (op.plane) {
     Filling filling = filling_;

@@ -39,7 +39,7 @@ inline constexpr double kFeedError = 1e-4;
 /// (tests/linuxcnc).
 inline constexpr double kBlendWord = 0.8;
 
-/// One tool at work, or one of its planes.
+/// One tool at work, or one of its stretches between retracts, as each of its planes is.
 struct Operation {
   /// The words: joints rounded to the printed decimals; under TCP those of `words_under_tcp`.
   const JointPath* words = nullptr;
@@ -53,7 +53,8 @@ struct Operation {
   /// Its words are in this plane; the rotaries stand. The machine's format is config::in_tilted_planes().
   std::optional<TiltedPlane> plane{};
   std::vector<PrintedArc> arcs{};  ///< by rising block
-  bool goes_on = false;            ///< with the tool of the operation before, which it has in another plane
+  bool goes_on = false;            ///< with the tool of the operation before, from the retract
+  SwingWay way{};                  ///< to it from there
   config::OperationName name{};    ///< of a job's operations; empty: it is no such
   bool keeps_tool = false;         ///< the tool of the operation before stays in the spindle
   config::Smoothing smoothing = config::Smoothing::kNone;

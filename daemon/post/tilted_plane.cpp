@@ -78,12 +78,13 @@ TiltedPlane tilted_plane(const config::MachineProfile& machine, double a, double
            {"side", siemens ? (below ? "-1" : "1") : (below ? "SEQ-" : "SEQ+")}}};
 }
 
-std::optional<std::vector<AxisRun>> axis_runs(const ToolPath& path) {
+std::optional<std::vector<AxisRun>> axis_runs(const ToolPath& path, const std::vector<std::size_t>& begins) {
   std::vector<AxisRun> runs;
   bool feeds = false;
   std::size_t first = 0;
   for (std::size_t i = 1; i <= path.moves.size(); ++i) {
-    const bool ends = i == path.moves.size() || path.moves[i].pose.axis != path.moves[first].pose.axis;
+    const bool ends = i == path.moves.size() || path.moves[i].pose.axis != path.moves[first].pose.axis ||
+                      std::binary_search(begins.begin(), begins.end(), i);
     if (!ends) {
       feeds = feeds || path.moves[i].kind != MoveKind::kRapid;
       continue;
@@ -119,27 +120,15 @@ AptOperation part_of(const AptOperation& operation, const AxisRun& run) {
   return part;
 }
 
-std::vector<JointMove> moves_between(const MachineModel& machine, const Joints& from, const Joints& to) {
-  std::vector<JointMove> moves;
-  const double top = std::max({machine.z.max, from.z, to.z});
-  Joints at = from;
-  for (const Joints& next : {Joints{from.x, from.y, top, from.a, from.c},
-                             Joints{from.x, from.y, top, to.a, to.c}, Joints{to.x, to.y, top, to.a, to.c}}) {
-    if (next == at) continue;
-    moves.push_back({next, rapid_seconds(machine, at, next), MoveKind::kRapid, 0});
-    at = next;
-  }
-  return moves;
-}
-
-void PlaneJoints::add(const JointPath& joints, std::size_t first_move) {
+void RunJoints::add(const JointPath& joints, std::size_t first_move, SwingWay way) {
   const auto offset = static_cast<std::uint32_t>(first_move);
   if (path.moves.empty())
     path.report = joints.report;
   else
     path.report.add(joints.report);
   if (!path.moves.empty())
-    for (JointMove& move : moves_between(machine_, path.moves.back().joints, joints.moves.front().joints)) {
+    for (JointMove& move :
+         moves_between(machine_, path.moves.back().joints, joints.moves.front().joints, way)) {
       move.move = offset;
       path.moves.push_back(move);
     }
@@ -151,7 +140,7 @@ void PlaneJoints::add(const JointPath& joints, std::size_t first_move) {
   if (first > 0)
     path.moves[first].seconds =
         rapid_seconds(machine_, path.moves[first - 1].joints, path.moves[first].joints);
-  runs.push_back({first, path.moves.size()});
+  runs.push_back({first, path.moves.size(), way});
 }
 
 JointPath words_in_plane(const JointPath& joints, const AxisRun& run, const config::MachineProfile& machine,

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "config/machine_profile.h"
+#include "daemon/post/swing.h"
 #include "kinematics/cl_text/apt_operation.h"
 #include "kinematics/joints/joint_moves.h"
 
@@ -28,26 +29,25 @@ TiltedPlane tilted_plane(const config::MachineProfile& machine, double a, double
 /// Moves of a tool path from `first` to before `last` that have one axis.
 struct AxisRun {
   std::size_t first = 0, last = 0;
+  SwingWay way{};  ///< to it from the run before
 };
 
-/// The runs that have a move at feed, in order; rapids that turn the tool between them are left out. Nothing
-/// where the tool turns while it cuts.
-std::optional<std::vector<AxisRun>> axis_runs(const ToolPath& path);
+/// The runs that have a move at feed, in order; rapids that turn the tool between them are left out.
+/// `begins`: rapids with which a run begins though the axis stays, rising. Nothing where the tool turns while
+/// it cuts.
+std::optional<std::vector<AxisRun>> axis_runs(const ToolPath& path,
+                                              const std::vector<std::size_t>& begins = {});
 
 /// The run alone, with the feeds in force there.
 ToolPath part_of(const ToolPath& path, const AxisRun& run);
 AptOperation part_of(const AptOperation& operation, const AxisRun& run);
 
-/// What the machine does between two planes: up to the end of Z's travel, the rotaries to their place, X and
-/// Y to theirs; rapids, without the last one down.
-std::vector<JointMove> moves_between(const MachineModel& machine, const Joints& from, const Joints& to);
-
 /// The runs' joints one after the other, with moves_between() them.
-class PlaneJoints {
+class RunJoints {
  public:
-  explicit PlaneJoints(const MachineModel& machine) : machine_(machine) {}
-  /// `first_move`: what the moves of `joints` count from in the whole path.
-  void add(const JointPath& joints, std::size_t first_move);
+  explicit RunJoints(const MachineModel& machine) : machine_(machine) {}
+  /// `first_move`: what the moves of `joints` count from in the whole path; `way`: from the run before.
+  void add(const JointPath& joints, std::size_t first_move, SwingWay way);
 
   JointPath path;             ///< of all
   std::vector<AxisRun> runs;  ///< in `path`, without what is between

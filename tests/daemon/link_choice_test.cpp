@@ -93,7 +93,11 @@ TEST(LinkChoice, OtherChoicesLeaveTheCutsAsTheyAre) {
     std::vector<std::size_t> choices;
     for (std::size_t i = 0; i < ways.size(); ++i)
       choices.push_back(static_cast<std::size_t>(dice.below(static_cast<int>(kLinkChoices.size()))));
-    const ToolPath made = with_links(path, choices);
+    // A way to the first cut, or from the last one, has its retract already.
+    for (std::size_t* const end : {&choices.front(), &choices.back()})
+      if (kLinkChoices[*end].at_retract) *end = 0;
+    std::vector<std::size_t> begins;
+    const ToolPath made = with_links(path, choices, &begins);
     const auto before = cuts_of(path), after = cuts_of(made);
     ASSERT_EQ(before.size(), after.size()) << run;
     for (std::size_t i = 0; i < before.size(); ++i) {
@@ -105,6 +109,17 @@ TEST(LinkChoice, OtherChoicesLeaveTheCutsAsTheyAre) {
     ASSERT_EQ(anew.size(), ways.size()) << run;
     for (std::size_t i = 0; i < anew.size(); ++i) {
       const LinkChoice& choice = kLinkChoices[choices[i]];
+      // The stretch behind a retract begins over the next cut, with a rapid to its axis.
+      const auto in =
+          std::count_if(begins.begin(), begins.end(), [&](std::size_t move) { return anew[i].has(move); });
+      EXPECT_EQ(in, choice.at_retract ? 1 : 0) << run << " " << i;
+      for (const std::size_t move : begins)
+        if (anew[i].has(move)) {
+          EXPECT_EQ(made.moves[move].kind, MoveKind::kRapid) << run << " " << i;
+          EXPECT_TRUE(along_axis(made.moves[anew[i].end - 1].pose, made.moves[move].pose)) << run << " " << i;
+          EXPECT_TRUE(along_axis(made.moves[anew[i].begin - 1].pose, made.moves[move - 1].pose))
+              << run << " " << i;
+        }
       if (choice.higher == 0.0) continue;
       // All between the cuts, but for the plunge that was there.
       const bool first = i == 0, last = i + 1 == anew.size();
@@ -151,9 +166,10 @@ TEST(LinkChoice, ATurnIsAnotherWayOnlyWhereTheAxisTurns) {
       for (std::size_t choice = 1; choice < kLinkChoices.size(); ++choice) {
         const bool turns = kLinkChoices[choice].turn != LinkTurn::kOnTheWay;
         const bool ends = i == 0 || i + 1 == ways.size();
+        const bool retract = kLinkChoices[choice].at_retract;
         const bool axes =
             !ends && path.moves[ways[i].first - 1].pose.axis != path.moves[ways[i].last].pose.axis;
-        EXPECT_EQ(differs(path, i, choice), !turns || axes) << run << " " << i;
+        EXPECT_EQ(differs(path, i, choice), retract ? !ends : !turns || axes) << run << " " << i;
       }
   }
 }
