@@ -5,8 +5,10 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "config/child_process.h"
 #include "kinematics/basics/geometry.h"
 #include "kinematics/basics/result.h"
 #include "kinematics/joints/joint_path.h"
@@ -46,10 +48,6 @@ class ProofProcess {
   /// Starts it on what is written to the descriptor, which may still grow: it reads the part meanwhile.
   /// Errors: kIo: it is not there, or does not start.
   static Result<ProofProcess> start(const ProofRequest& request, int program);
-  ProofProcess(ProofProcess&& other) noexcept;
-  ProofProcess& operator=(ProofProcess&&) = delete;
-  /// Ends it, if it runs.
-  ~ProofProcess();
 
   /// The program is whole now; waits for the proof. Errors: kInput: a gouge, or words that are not
   /// understood, with file and line; kIo; kCancelled.
@@ -63,10 +61,9 @@ class ProofProcess {
   const std::optional<GougeFound>& gouge() const { return gouge_; }
 
  private:
-  ProofProcess(int pid, int tell, int hear) : pid_(pid), tell_(tell), hear_(hear) {}
-  Result<std::string> listen(const StageProgress& progress);
+  explicit ProofProcess(config::HeardProcess process) : process_(std::move(process)) {}
   bool take_place(const std::string& line);
-  int pid_ = -1, tell_ = -1, hear_ = -1;
+  config::HeardProcess process_;  ///< ends with this
   std::string collision_;
   std::vector<CollisionFound> places_;
   std::optional<GougeFound> gouge_;

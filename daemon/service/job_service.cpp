@@ -271,8 +271,8 @@ std::string JobService::job_json(const SpooledJob& job, const std::vector<std::u
     if (changing_.length) json["length"] = *changing_.length;
     json["parked"] = changing_.parked;
   }
-  if (job.state == JobState::kPlanning && plan_.job == job.id)
-    if (const auto at = stage_of(plan_)) json["stage"] = at->stage, json["percent"] = at->percent;
+  if (job.state == JobState::kPlanning && plan_.job == job.id && plan_.runs())
+    if (const auto at = stage_of(plan_.folder)) json["stage"] = at->stage, json["percent"] = at->percent;
   if (job.state != JobState::kRunning || !runner_->busy()) return text_of(json);
   const RunView view = runner_->view();
   if (view.job != job.id) return text_of(json);
@@ -381,7 +381,7 @@ void JobService::tick() {
 std::string JobService::status() const {
   if (!runner_->busy() && changing_.job != 0)
     return "job " + std::to_string(changing_.job) + " tool change: " + tool_text(changing_.change);
-  if (!runner_->busy()) return plan_.pid >= 0 ? "planning job " + std::to_string(plan_.job) : "idle";
+  if (!runner_->busy()) return plan_.runs() ? "planning job " + std::to_string(plan_.job) : "idle";
   const RunView view = runner_->view();
   std::string text = "job " + std::to_string(view.job) + " " + phase_name(view.state.phase) + ": " +
                      std::to_string(view.state.executed) + " of " + std::to_string(view.state.total) +

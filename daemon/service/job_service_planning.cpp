@@ -40,14 +40,14 @@ void JobService::take_check_end() {
 }
 
 void JobService::plan_next() {
-  if (plan_.pid >= 0 || check_.busy()) return;
+  if (plan_.runs() || check_.busy()) return;
   const auto jobs = spool_.received();
   if (!jobs) return;
   for (const SpooledJob& job : *jobs) {
     if (job.program) return check_.start(spool_.file(job.id, "program.nc"), link_, job.id);
     Result<PlanProcess> started = start_plan(job.id, spool_.folder_of(job.id), config_.machine.path);
     if (!started) return plan_failed(job, started.error().message);
-    plan_ = *started;
+    plan_ = std::move(*started);
     return set(job, JobState::kPlanning, "");
   }
 }

@@ -1,11 +1,10 @@
 #include "daemon/service/planner.h"
 
 #include <fcntl.h>
-#include <signal.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstring>
 #include <fstream>
 
@@ -31,31 +30,21 @@ std::string last_words(const std::string& log) {
 }  // namespace
 
 Result<PlanProcess> start_plan(std::uint64_t job, const std::string& folder, const std::string& machine) {
-  posix_spawn_file_actions_t files;
-  posix_spawn_file_actions_init(&files);
-  posix_spawn_file_actions_addchdir_np(&files, folder.c_str());
-  posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "plan.log", O_WRONLY | O_CREAT | O_TRUNC, 0600);
-  posix_spawn_file_actions_adddup2(&files, STDOUT_FILENO, STDERR_FILENO);
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  sigset_t none;
-  sigemptyset(&none);
-  posix_spawnattr_setsigmask(&attributes, &none);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
-  const std::string path = "/proc/self/exe";
-  std::string words[] = {"tiltfeed", "plan",      "job.yaml",    "--out",      "program.nc", "--cl",
-                         "path.cls", "--report",  "report.json", "--map",      "block.map",  "--stl",
-                         "part.stl", "--machine", machine,       "--progress", kProgress,    "--alone"};
-  char* arguments[std::size(words) + 1] = {};
-  for (std::size_t i = 0; i < std::size(words); ++i) arguments[i] = words[i].data();
+  constexpr mode_t kOwner = 0600;
+  const std::string log = folder + "/plan.log";
+  PlanProcess process;
+  process.job = job, process.folder = folder;
   ::unlink((folder + "/" + kProgress).c_str());  // of an earlier attempt
-  PlanProcess process{-1, job, folder};
-  const int failed = ::posix_spawn(&process.pid, path.c_str(), &files, &attributes, arguments, environ);
-  posix_spawn_file_actions_destroy(&files);
-  posix_spawnattr_destroy(&attributes);
+  const int out = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, kOwner);
+  if (out < 0) return fail(Code::kIo, log + ": " + std::strerror(errno));
+  const int failed =
+      process.process.start({config::kThisProgram, "plan", "job.yaml", "--out", "program.nc", "--cl",
+                             "path.cls", "--report", "report.json", "--map", "block.map", "--stl", "part.stl",
+                             "--machine", machine, "--progress", kProgress, "--alone"},
+                            {{out, STDOUT_FILENO}, {out, STDERR_FILENO}}, folder);
+  ::close(out);
   if (failed != 0) return fail(Code::kIo, folder + ": planning cannot be started: " + std::strerror(failed));
-  give_up_first(process.pid);
+  give_up_first(process.process.pid());
   return process;
 }
 
@@ -65,20 +54,18 @@ void give_up_first(int pid) {
 }
 
 std::optional<Result<void>> check_plan(PlanProcess& process) {
-  int status = 0;
-  if (process.pid < 0 || ::waitpid(process.pid, &status, WNOHANG) != process.pid) return std::nullopt;
-  process.pid = -1;
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return Result<void>{};
+  const std::optional<int> status = process.process.ended();
+  if (!status) return std::nullopt;
+  if (*status == 0) return Result<void>{};
   const std::string words = last_words(process.folder + "/plan.log");
-  if (WIFSIGNALED(status))
+  if (WIFSIGNALED(*status))
     return fail(Code::kInput,
-                "planning was ended by signal " + std::to_string(WTERMSIG(status)) + "; " + words);
+                "planning was ended by signal " + std::to_string(WTERMSIG(*status)) + "; " + words);
   return fail(Code::kInput, words.empty() ? "planning failed" : words);
 }
 
-std::optional<PlanStage> stage_of(const PlanProcess& process) {
-  if (process.pid < 0) return std::nullopt;
-  std::ifstream in(process.folder + "/" + kProgress);
+std::optional<PlanStage> stage_of(const std::string& folder) {
+  std::ifstream in(folder + "/" + kProgress);
   PlanStage at;
   std::string line;
   if (!(in >> at.percent) || !std::getline(in >> std::ws, line) || at.percent < 0 || at.percent > 100)
@@ -88,11 +75,6 @@ std::optional<PlanStage> stage_of(const PlanProcess& process) {
   return at;
 }
 
-void stop_plan(PlanProcess& process) {
-  if (process.pid < 0) return;
-  ::kill(process.pid, SIGKILL);
-  ::waitpid(process.pid, nullptr, 0);
-  process.pid = -1;
-}
+void stop_plan(PlanProcess& process) { process.process.end(); }
 
 }  // namespace tiltfeed::daemon

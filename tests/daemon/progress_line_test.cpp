@@ -38,28 +38,27 @@ TEST(PlanStage, IsWrittenOverNothingElse) {
 
 TEST(PlanStage, IsReadFromWhatThePlannerWrites) {
   const Folder folder("stage");
-  PlanProcess process{1, 7, folder.path};
-  EXPECT_FALSE(stage_of(process)) << "not known yet";
+  EXPECT_FALSE(stage_of(folder.path)) << "not known yet";
   {
     ProgressLine line(*open_progress(folder.path + "/plan.progress", {}));
     line.show("clearance surface", 0.0);
-    auto at = stage_of(process);
+    auto at = stage_of(folder.path);
     ASSERT_TRUE(at);
     EXPECT_EQ(at->stage, "clearance surface");
     EXPECT_EQ(at->percent, 0);
     line.show("a longer stage, far longer than a line of the file, far longer than a line of the file", 0.42);
-    at = stage_of(process);
+    at = stage_of(folder.path);
     ASSERT_TRUE(at);
     EXPECT_EQ(at->percent, 42);
     line.show("links", 1.0);
-    at = stage_of(process);
+    at = stage_of(folder.path);
     ASSERT_TRUE(at);
     EXPECT_EQ(at->stage, "links");
     EXPECT_EQ(at->percent, 100);
   }
   for (const char* text : {"", "x", "101 links\n", "5\n"}) {
     folder.write("plan.progress", text);
-    EXPECT_FALSE(stage_of(process)) << text;
+    EXPECT_FALSE(stage_of(folder.path)) << text;
   }
 }
 
