@@ -17,7 +17,7 @@ namespace {
 
 // What is handed over lies above, so that nothing is overwritten on the way.
 constexpr int kFirstOwn = 10;
-constexpr int kLook = 100;  // ms between looks at whether the user wants it to end
+constexpr int kLookForWord = 100;  // ms between looks at whether the user wants it to end
 constexpr std::string_view kProgress = "progress ";
 
 /// A pipe whose ends lie above what the process that is started has.
@@ -115,7 +115,7 @@ Result<void> HeardProcess::listen(const std::function<bool(double)>& progress,
   };
   while (true) {
     pollfd look{hear_, POLLIN, 0};
-    const int ready = ::poll(&look, 1, kLook);
+    const int ready = ::poll(&look, 1, kLookForWord);
     if (progress && !progress(share)) return fail(Code::kCancelled, "cancelled; nothing was written");
     if (ready <= 0) continue;
     std::array<char, 65536> bytes;
