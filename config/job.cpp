@@ -75,6 +75,7 @@ Job read_job(const Section& root, const std::string& path, const ToolLibrary* to
   read_axis(root, job.plan);
   job.plan.pattern = read_pattern(root, job.plan);
   job.plan.containment = read_containment(root, job.plan.axis.mode);
+  read_only_faces(root, job);
   read_path(root, job.plan);
   job.axis_tolerance = read_axis_tolerance(root, job.plan);
   read_feeds(root, choice, job);

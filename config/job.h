@@ -35,6 +35,8 @@ struct Job {
   std::vector<std::string> bodies;       ///< of the part's file, by name; empty: all
   std::vector<std::string> avoid_faces;  ///< of the part, by name or colour ("#rrggbb"): the tool keeps off
   double avoid = 0.1;                    ///< by so much, mm
+  std::vector<std::string> only_faces;   ///< of the part, likewise: they alone are machined; empty: all
+  double beyond_faces = 0.0;             ///< passes go on so far beyond these, on a plane, mm
   /// Largest distance of the part's facets from its surfaces, mm; 0: the file holds facets. plan.tolerance is
   /// what is left.
   double tessellation = 0.0;

@@ -87,9 +87,10 @@ std::string typed(const std::string& key, double value) {
   return exact_text(key.ends_with("_deg") ? tidy(Angle::from_radians(value).degrees()) : value);
 }
 
-void describe_containment(Description& out, const pathgen::Containment& containment, pathgen::AxisMode mode) {
-  const CoordinateKeys keys = coordinate_keys(mode);
-  bool any = !containment.boundary.empty();
+void describe_containment(Description& out, const Job& job) {
+  const pathgen::Containment& containment = job.plan.containment;
+  const CoordinateKeys keys = coordinate_keys(job.plan.axis.mode);
+  bool any = !containment.boundary.empty() || !job.only_faces.empty();
   const auto limits = [&](const std::string& key, const pathgen::Interval& interval) {
     if (!interval.bounded()) return;
     any = true;
@@ -102,6 +103,9 @@ void describe_containment(Description& out, const pathgen::Containment& containm
     out.add("containment.boundary[" + std::to_string(i + 1) + "]",
             "[" + typed(keys.first, containment.boundary[i][0]) + ", " +
                 typed(keys.second, containment.boundary[i][1]) + "]");
+  for (std::size_t i = 0; i < job.only_faces.size(); ++i)
+    out.add("containment.faces[" + std::to_string(i + 1) + "]", job.only_faces[i]);
+  if (!job.only_faces.empty()) out.add("containment.beyond_faces_mm", job.beyond_faces);
   if (!any) out.add("containment", "none");
 }
 
@@ -151,7 +155,7 @@ std::string describe(const Job& job) {
   describe_cutter(out, plan.cutter);
   describe_axis(out, plan);
   describe_pattern(out, plan.pattern, plan.axis.mode);
-  describe_containment(out, plan.containment, plan.axis.mode);
+  describe_containment(out, job);
   describe_path(out, plan, job.axis_tolerance, left_to_control(job) + job.tessellation);
   out.add("feeds.cut_mm_per_min", plan.cut_feed.mm_per_min());
   out.add("feeds.plunge_mm_per_min", plan.plunge_feed.mm_per_min());

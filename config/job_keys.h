@@ -60,6 +60,8 @@ void read_indexed_axis(const Section& root, const Section& axis, pathgen::Indexe
                        const pathgen::Cutter& cutter);
 pathgen::Pattern read_pattern(const Section& root, const pathgen::PlanOptions& plan);
 pathgen::Containment read_containment(const Section& root, pathgen::AxisMode mode);
+/// job.only_faces and job.beyond_faces. Requires: plan.pattern, plan.cutter.
+void read_only_faces(const Section& root, Job& job);
 /// Feeds and speed: what the job says, else the tool's in the material.
 void read_feeds(const Section& root, const CutterChoice& choice, Job& job);
 /// Tolerance, what is left on the part, points, guards, links. Requires: plan.cutter.

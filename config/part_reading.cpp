@@ -54,10 +54,12 @@ Result<pathgen::CheckedMesh> read_part(const Job& job, const pathgen::ReportShar
 
 Result<const pathgen::CheckedMesh*> PartsByTolerance::of(const Job& job, const pathgen::ReportShare& report) {
   const double tolerance = job.plan.tolerance;
-  if (const auto known = parts_.find(tolerance); known != parts_.end()) return &known->second;
-  auto part = read_part(job, report);
+  if (const auto known = parts_.find(tolerance); known != parts_.end()) return &known->second.mesh;
+  auto model = read_part_model(job, report);
+  if (!model) return tl::unexpected(model.error());
+  auto part = check_part(job, *model, report);
   if (!part) return tl::unexpected(part.error());
-  return &parts_.emplace(tolerance, std::move(*part)).first->second;
+  return &parts_.emplace(tolerance, Part{std::move(*part), std::move(*model)}).first->second.mesh;
 }
 
 }  // namespace tiltfeed::config

@@ -40,9 +40,15 @@ class PartsByTolerance {
  public:
   /// It stays where it is. Errors: as read_part().
   Result<const pathgen::CheckedMesh*> of(const Job& job, const pathgen::ReportShare& report = {});
+  /// The model of what of() gives, without facets. Requires: of() has been asked for a job of that tolerance.
+  const pathgen::PartModel& model_of(const Job& job) const { return parts_.at(job.plan.tolerance).model; }
 
  private:
-  std::map<double, pathgen::CheckedMesh> parts_;
+  struct Part {
+    pathgen::CheckedMesh mesh;
+    pathgen::PartModel model;
+  };
+  std::map<double, Part> parts_;
 };
 
 }  // namespace tiltfeed::config

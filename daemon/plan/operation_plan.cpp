@@ -8,8 +8,8 @@
 #include <string_view>
 #include <utility>
 
-#include "config/avoided_faces.h"
 #include "config/fixture_meshes.h"
+#include "config/part_faces.h"
 #include "config/table_home.h"
 #include "daemon/plan/moves_at_speeds.h"
 #include "daemon/post/end_ways.h"
@@ -79,6 +79,7 @@ Result<void> OperationPlan::plan_path(std::shared_ptr<const pathgen::CheckedMesh
   if (!fixtures) return tl::unexpected(fixtures.error());
   job_.plan.fixtures = std::move(*fixtures), job_.plan.fixture_room = config::fixture_room(job_);
   if (auto kept = config::add_avoided_faces(job_, model, *part_); !kept) return kept;
+  if (auto chosen = config::add_chosen_faces(job_, model, *part_); !chosen) return chosen;
   if (job_.plan.fixtures) held_ = pathgen::joined(part_->mesh, job_.plan.fixtures->mesh);
   auto planned =
       pathgen::plan(*part_, job_.plan, [&](const char* stage, double f) { return told_.show(stage, f); });

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <optional>
 
@@ -10,6 +11,7 @@
 #include "pathgen/linking/nearest_ends.h"
 #include "pathgen/linking/opposite_wall.h"
 #include "pathgen/linking/run_order.h"
+#include "pathgen/tool/face_containment.h"
 
 namespace tiltfeed::pathgen {
 
@@ -50,7 +52,8 @@ class RunLinker {
         strayed_(tool_.tree(), grown(options, stray_of_rapids(options.tolerance)), 0.0),
         options_(options),
         source_(source),
-        joins_(admissible, how, options.links.join_distance) {
+        joins_(admissible, how, options.links.join_distance),
+        faces_(options.only_faces ? std::make_unique<const FaceContainment>(options) : nullptr) {
     const Box box = tool_.bounds();
     centre_ = lerp(box.min, box.max, 0.5);
     radius_ = (distance(box.min, box.max) / 2.0 + options.links.clearance + tool_.widest()) * kSphereSpare;
@@ -145,6 +148,8 @@ class RunLinker {
     if (!down_) return false;
     const auto way = joins_.join(*down_, to);
     if (!way) return false;
+    const auto leaves = [this](const ToolAxisPoint& p) { return !faces_->near_ball_on_way(p.point.centre); };
+    if (faces_ && std::any_of(way->begin(), way->end(), leaves)) return false;
     for (const ToolAxisPoint& p : *way) push(pose(p, 0.0), MoveKind::kCut, p.point.facet);
     ++out_.joins;
     down_.reset();
@@ -330,7 +335,8 @@ class RunLinker {
   double radius_ = 0.0, height_ = 0.0, step_ = 0.0;
   Vec3 e_, f_;
   SurfaceJoins joins_;
-  std::optional<ToolAxisPoint> down_;  ///< where a run ended, while the tool is there
+  std::unique_ptr<const FaceContainment> faces_;  ///< that joins keep to; null: all of the part
+  std::optional<ToolAxisPoint> down_;             ///< where a run ended, while the tool is there
   FreeLinked out_;
 };
 

@@ -44,6 +44,12 @@ std::vector<SurfaceCell> make_cells(const Mesh& mesh, double size) {
   return cells;
 }
 
+std::vector<SurfaceCell> only_chosen(std::vector<SurfaceCell> cells, const PlanOptions& options) {
+  if (options.only_faces)
+    std::erase_if(cells, [&](const SurfaceCell& cell) { return !options.only_faces->chosen[cell.facet]; });
+  return cells;
+}
+
 std::vector<SurfaceCell> sample_cells(const std::vector<SurfaceCell>& cells, std::uint32_t count) {
   double whole = 0.0;
   for (const SurfaceCell& cell : cells) whole += cell.area;

@@ -23,6 +23,8 @@ struct SurfaceCell {
 
 /// Every facet as one cell, or cut into equal triangles where its longest edge is longer than `size` (mm).
 std::vector<SurfaceCell> make_cells(const Mesh& mesh, double size);
+/// Those of the faces that alone are to be machined; all where none are chosen.
+std::vector<SurfaceCell> only_chosen(std::vector<SurfaceCell> cells, const PlanOptions& options);
 /// `count` of them or fewer, spread evenly over the area; each stands for as much area as the others.
 std::vector<SurfaceCell> sample_cells(const std::vector<SurfaceCell>& cells, std::uint32_t count);
 

@@ -11,6 +11,7 @@
 #include "kinematics/basics/tool_path.h"
 #include "kinematics/basics/units.h"
 #include "pathgen/axis/deformation.h"
+#include "pathgen/options/chosen_faces.h"
 #include "pathgen/options/cutter.h"
 #include "pathgen/options/fixtures.h"
 
@@ -139,6 +140,7 @@ struct PlanOptions {
   IndexedAxis indexed;  ///< with AxisMode::kIndexed
   Pattern pattern;
   Containment containment;
+  std::shared_ptr<const ChosenFaces> only_faces;  ///< null: all of the part is machined
   double tolerance = 0.01;          ///< largest gouge, and largest gap where contact is meant, part space, mm
   double allowance = 0.0;           ///< stock left on the part, along its normal, mm
   double radial_stock = 0.0;        ///< stock left besides, square to the tool axis, mm

@@ -204,7 +204,7 @@ class RasterTracer {
       const double apart = stretch(pass[i], steep) * raster_.step;
       const int halvings =
           std::clamp(static_cast<int>(std::ceil(std::log2(apart / wished_) - 1e-9)), 0, halvings_);
-      t.steep += steep ? 1 : 0;
+      t.steep += steep && rules_.near_faces(pass[i]) ? 1 : 0;
       const double at = raster_.along(pass[i].flat.x, pass[i].flat.y);
       if (i > 0) {
         const int depth = std::max(last, halvings);

@@ -17,6 +17,7 @@ std::optional<RestReason> PointRules::refusal(const EnvelopePoint& p) const {
 
 bool PointRules::may_cut(const EnvelopePoint& p, RejectedPoints& refusals) const {
   const std::optional<RestReason> why = refusal(p);
+  if (!near_faces(p)) return ++refusals.beside, !why;
   if (why == RestReason::kFixture) return refuse(p, refusals), false;
   if (why) ++refusals.count[static_cast<std::size_t>(*why)];
   const ToolPart part = touching(p).part;
@@ -28,6 +29,10 @@ bool PointRules::may_cut(const EnvelopePoint& p, RejectedPoints& refusals) const
 
 void PointRules::refuse(const EnvelopePoint& held, RejectedPoints& refusals) const {
   const ToolPiece& piece = touching(held);
+  if (!near_faces(held)) {
+    ++refusals.beside;
+    return;
+  }
   if (!piece.at_fixtures) {
     ++refusals.count[static_cast<std::size_t>(rest_reason_of(piece.part))];
     refusals.patches.push_back(held.patch);

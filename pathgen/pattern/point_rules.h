@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "pathgen/options/rest_reason.h"
 #include "pathgen/pattern/region.h"
 #include "pathgen/surface/cl_field.h"
+#include "pathgen/tool/face_containment.h"
 
 namespace tiltfeed::pathgen {
 
@@ -27,7 +29,8 @@ struct RejectedPoints {
     Point<Part> first;  ///< place of the CL reference
   };
   std::map<std::uint32_t, OfFixture> fixtures;  ///< what each body kept the tool from, by its number
-  std::uint64_t beside = 0;  ///< points over a fixture where there is nothing of the part to cut
+  /// Points over a fixture where there is nothing of the part to cut, and points away from the chosen faces.
+  std::uint64_t beside = 0;
   void add(const RejectedPoints& other);
 };
 
@@ -38,10 +41,19 @@ class PointRules {
         surface_(field.surface),
         field_(field),
         region_(options.containment, field.deformation),
-        least_upright_(std::cos(options.tilt_max.radians()) - kRounding) {}
+        least_upright_(std::cos(options.tilt_max.radians()) - kRounding) {
+    if (options.only_faces) faces_ = std::make_shared<const FaceContainment>(options);
+  }
   /// Why the point may not be cut; nothing where it may.
   std::optional<RestReason> refusal(const EnvelopePoint& p) const;
-  /// The same, noted in `refusals`; so are points that stay but are raised.
+  /// Does the cutter come near to a face that is to be machined? Always true where no faces are chosen.
+  bool near_faces(const EnvelopePoint& p) const { return !faces_ || faces_->near(p.centre, p.axis); }
+  /// The same on a way between two passes.
+  bool near_faces_on_way(const EnvelopePoint& p) const {
+    return !faces_ || faces_->near_on_way(p.centre, p.axis);
+  }
+  /// The same as refusal(), noted in `refusals`; so are points that stay but are raised. Points away from the
+  /// chosen faces are but counted.
   bool may_cut(const EnvelopePoint& p, RejectedPoints& refusals) const;
   /// What of the tool touches there: shank or holder keep the point clear of the surface.
   const ToolPiece& touching(const EnvelopePoint& p) const { return surface_.piece(p.patch); }
@@ -54,6 +66,7 @@ class PointRules {
   const ClSurface& surface_;
   const ClField& field_;
   Region region_;
+  std::shared_ptr<const FaceContainment> faces_;
   static constexpr double kRounding = 1e-15;
   double least_upright_;  ///< cosine of the tilt, at tilt_max
 };

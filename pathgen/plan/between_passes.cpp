@@ -31,17 +31,6 @@ std::uint64_t packed(std::int64_t x, std::int64_t y, std::int64_t z) {
 
 }  // namespace
 
-double distance_to_piece(const ToolPiece& piece, double d, double h) {
-  if (piece.has_cone()) {
-    const double on_cone = (d - piece.flat) * piece.taper_cos - h * piece.taper_sin - piece.corner;
-    const bool beside = (d - piece.flat) * piece.taper_sin + h * piece.taper_cos > 0.0;
-    if (beside) return std::max(on_cone, d - piece.outer);
-  } else if (h >= 0.0) {
-    return d - piece.outer;
-  }
-  return std::hypot(std::max(d - piece.flat, 0.0), h) - piece.corner;
-}
-
 bool leaves_no_more(const PlanOptions& options) {
   return options.pattern.kind != PatternKind::kPencil && options.rest_more_than == 0.0;
 }

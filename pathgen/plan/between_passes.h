@@ -11,10 +11,6 @@
 
 namespace tiltfeed::pathgen {
 
-/// Distance of a point from the outside of the piece's lower side, mm, negative within; `d` from the axis,
-/// `h` over the ring centre.
-double distance_to_piece(const ToolPiece& piece, double d, double h);
-
 /// Does the job say what its passes may leave between them? Pencil passes are for the creases alone, rest
 /// machining for what is left.
 bool leaves_no_more(const PlanOptions& options);

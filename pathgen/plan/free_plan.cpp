@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "kinematics/basics/tolerance_budget.h"
+#include "pathgen/envelope/pass_trim.h"
 #include "pathgen/free_axis/free_links.h"
 #include "pathgen/free_axis/tool_axis_path.h"
 #include "pathgen/free_slices/cl_slices.h"
@@ -14,6 +15,7 @@
 #include "pathgen/plan/rest_of_cells.h"
 #include "pathgen/progress/stages.h"
 #include "pathgen/progress/watch.h"
+#include "pathgen/tool/face_containment.h"
 
 namespace tiltfeed::pathgen {
 
@@ -40,6 +42,57 @@ constexpr Reason kNoDirection[] = {
      "in every direction that is clear of the part the tool comes nearer to a fixture than its clearance"},
     {RestReason::kTilt, "every clear direction tilts the tool axis further than setup.tilt_max_deg"}};
 
+/// The pieces of a chain along which the ball is near to a chosen face, each end within kTrimStep of where it
+/// ceases to be.
+std::vector<ClChain> near_faces(ClChain chain, const FaceContainment& faces) {
+  const auto near = [&](const ClPoint& p) { return faces.near_ball(p.centre); };
+  ClStrand& points = chain.points;
+  if (chain.closed) {
+    const auto away = std::find_if_not(points.begin(), points.end(), near);
+    if (away == points.end()) return {std::move(chain)};
+    const auto at = away - points.begin();
+    points.pop_back();
+    std::rotate(points.begin(), points.begin() + at % std::ssize(points), points.end());
+    points.push_back(points.front());
+  }
+  std::vector<ClChain> pieces;
+  bool on = near(points.front());
+  if (on) pieces.push_back({{points.front()}, false});
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    // Steps no longer than a face's border is seen in.
+    const double way = distance(points[i - 1].centre, points[i].centre);
+    const double steps = std::max(1.0, std::ceil(way / faces.spacing()));
+    for (double k = 1.0; k <= steps; ++k) {
+      double same = (k - 1.0) / steps, other = k / steps;
+      const ClPoint next = k == steps ? points[i] : between(points[i - 1], points[i], other);
+      if (near(next) != on) {
+        while ((other - same) * way > kTrimStep) {
+          const double f = (same + other) / 2.0;
+          (near(between(points[i - 1], points[i], f)) == on ? same : other) = f;
+        }
+        const ClPoint end = between(points[i - 1], points[i], on ? same : other);
+        if (!on) pieces.emplace_back();
+        pieces.back().points.push_back(end);
+        on = !on;
+      }
+      if (on && k == steps) pieces.back().points.push_back(next);
+    }
+  }
+  std::erase_if(pieces, [](const ClChain& piece) { return length_of(piece.points) < kTrimStep; });
+  return pieces;
+}
+
+std::vector<ClSlice> near_faces(const std::vector<ClSlice>& slices, const FaceContainment& faces) {
+  std::vector<std::vector<ClChain>> pieces(slices.size());
+  tbb::parallel_for(std::size_t{0}, slices.size(),
+                    [&](std::size_t i) { pieces[i] = near_faces(slices[i].chain, faces); });
+  std::vector<ClSlice> kept;
+  for (std::size_t i = 0; i < slices.size(); ++i)
+    for (ClChain& piece : pieces[i])
+      kept.push_back({slices[i].stack, slices[i].height, slices[i].plane, std::move(piece)});
+  return kept;
+}
+
 class FreePlanner {
  public:
   FreePlanner(const CheckedMesh& part, const PlanOptions& options, const Progress& progress, Plan& plan)
@@ -61,9 +114,13 @@ class FreePlanner {
     report_.warnings = part_.warnings;
     const FacetBvh tree(part_.mesh);
     if (!stages_.begin("CL surface")) return cancelled();
-    const auto slices = slice_cl_surface(part_, tree, options_, ToleranceBudget(options_.tolerance),
-                                         [&](double f) { return stages_.report(f); });
+    std::vector<ClSlice> slices = slice_cl_surface(part_, tree, options_, ToleranceBudget(options_.tolerance),
+                                                   [&](double f) { return stages_.report(f); });
     if (stages_.stopped()) return cancelled();
+    if (options_.only_faces && !slices.empty()) {
+      slices = near_faces(slices, FaceContainment(options_));
+      if (slices.empty()) return fail(Code::kUnreachable, kNoFaceReached);
+    }
     for (const ClSlice& s : slices)
       free_.cl_length += length_of(s.chain.points), report_.slice_points += s.chain.points.size();
     if (slices.empty())

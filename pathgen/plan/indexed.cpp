@@ -82,7 +82,8 @@ class Indexed {
       rest_.emplace(std::move(*rest));
       plan_.report.rest = rest_->before();
     }
-    if (auto done = choose(reach, sample_cells(cells, kSamples)); !done) return tl::unexpected(done.error());
+    if (auto done = choose(reach, sample_cells(only_chosen(cells, options_), kSamples)); !done)
+      return tl::unexpected(done.error());
     if (stages_.stopped() || !share_(0.6)) return cancelled();
     const IndexedRegions regions(cells, size, chosen_,
                                  reach_sets(reach, cells, chosen_, part_of(share_, 0.6, 1.0)),
@@ -180,9 +181,10 @@ class Indexed {
         "axis.coverage_percent, lower axis.least_gain_percent, or use the mode free"};
     for (std::size_t why = 0; why < lost.size(); ++why)
       if (lost[why] > 0.0)
-        plan_.report.warnings.push_back(percent_text(lost[why] / whole) +
-                                        " of the surface is left, the first at facet " +
-                                        std::to_string(first[why]) + ": " + why_text[why]);
+        plan_.report.warnings.push_back(percent_text(lost[why] / whole) + " of the " +
+                                        (options_.only_faces ? "chosen faces" : "surface") +
+                                        " is left, the first at facet " + std::to_string(first[why]) + ": " +
+                                        why_text[why]);
     warn_fixtures("", plan_.report);
   }
 

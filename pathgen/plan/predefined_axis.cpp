@@ -1,5 +1,7 @@
 #include "pathgen/plan/predefined_axis.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <limits>
 #include <memory>
@@ -24,6 +26,7 @@
 #include "pathgen/plan/rest_material.h"
 #include "pathgen/progress/stages.h"
 #include "pathgen/surface/cl_field.h"
+#include "pathgen/tool/face_containment.h"
 #include "pathgen/tool/tool_pieces.h"
 
 namespace tiltfeed::pathgen {
@@ -74,6 +77,7 @@ class Planner {
         options_(options),
         pass_options_(may_lean(options) ? without_leaning_parts(options) : options),
         wanted_(wanted),
+        faces_(options.only_faces ? std::make_unique<const FaceContainment>(options) : nullptr),
         budget_(options.tolerance),
         envelope_(envelope_options(options)),
         path_(result.path),
@@ -143,10 +147,18 @@ class Planner {
       return fail(Code::kUnreachable,
                   "the tool reaches no facet of the part: check axis.sense, axis.origin_mm, axis.n and "
                   "containment");
-    if (wanted_ == nullptr) return report_refusals(field->surface, *passes, pass_options_, report_);
     PlanReport elsewhere = report_;
-    if (auto done = report_refusals(field->surface, *passes, pass_options_, elsewhere); !done) return done;
-    return keep_wanted(*field);
+    if (auto done =
+            report_refusals(field->surface, *passes, pass_options_, wanted_ == nullptr ? report_ : elsewhere);
+        !done)
+      return done;
+    return is_cut_down() ? keep_wanted(*field) : Result<void>{};
+  }
+
+  /// At most so far apart passes are asked, mm; more where all of them is wanted.
+  double spacing() const {
+    const double of_faces = faces_ ? faces_->spacing() : std::numeric_limits<double>::infinity();
+    return wanted_ != nullptr ? std::min(of_faces, wanted_->spacing) : of_faces;
   }
 
   /// Passes that keep shank and holder off, and what is cut into where they only report.
@@ -165,19 +177,26 @@ class Planner {
     return {};
   }
 
+  /// Is what the pattern gives more than what is to be cut?
+  bool is_cut_down() const { return wanted_ != nullptr || faces_; }
+
   /// Cuts the passes, which have been to what is wanted, and thins them once more.
   Result<void> keep_wanted(const ClField& field) {
-    bool any = false;
-    for (std::vector<Pass>& row : passes_) {
-      for (Pass& pass : row) pass = spaced(std::move(pass), field.deformation, wanted_->spacing);
-      row = wanted_->bridge > 0.0
-                ? bridged(row)
-                : broken(keep_where(row, field.deformation, wanted_->place, wanted_->overlap));
+    const auto near = [this](const EnvelopePoint& p) { return faces_->near(p.centre, p.axis); };
+    tbb::parallel_for(std::size_t{0}, passes_.size(), [&](std::size_t i) {
+      std::vector<Pass>& row = passes_[i];
+      for (Pass& pass : row) pass = spaced(std::move(pass), field.deformation, spacing());
+      if (faces_) row = keep_where(row, field.deformation, near, 0.0);
+      if (wanted_ != nullptr)
+        row = wanted_->bridge > 0.0
+                  ? bridged(row)
+                  : broken(keep_where(row, field.deformation, wanted_->place, wanted_->overlap));
       for (Pass& pass : row) pass = thinned(pass, thinning(), envelope_);
-      any |= !row.empty();
-    }
-    if (!any) return fail(Code::kUnreachable, "nothing that is wanted of this direction is in its reach");
-    return {};
+    });
+    if (std::any_of(passes_.begin(), passes_.end(), [](const auto& row) { return !row.empty(); })) return {};
+    return fail(Code::kUnreachable, wanted_ != nullptr
+                                        ? "nothing that is wanted of this direction is in its reach"
+                                        : kNoFaceReached);
   }
 
   /// The passes from a point before what is wanted to one behind it. A short way over what is not is quicker
@@ -226,12 +245,12 @@ class Planner {
   }
 
   /// Two thinnings share what one may leave.
-  double thinning() const { return budget_.thinning() * (wanted_ != nullptr ? 0.5 : 1.0); }
+  double thinning() const { return budget_.thinning() * (is_cut_down() ? 0.5 : 1.0); }
 
   Result<Passes> trace(const char* stage, const ClField& field, double smoothing) {
     if (!stages_.begin(stage)) return cancelled();
     EnvelopeOptions envelope = envelope_;
-    if (wanted_ != nullptr) envelope.max_distance = std::min(envelope.max_distance, wanted_->spacing);
+    envelope.max_distance = std::min(envelope.max_distance, spacing());
     PlanOptions options = pass_options_;
     options.smoothing = smoothing;
     report_.warnings.resize(other_warnings_);  // those of passes that these replace
@@ -281,7 +300,8 @@ class Planner {
                         .order = as_given_ ? PassOrder::kGiven : PassOrder::kRegions,
                         .allowed =
                             [rules = PointRules(options_, linked_field)](const EnvelopePoint& p) {
-                              return !rules.refusal(p) && rules.region().contains(p.flat);
+                              return !rules.refusal(p) && rules.region().contains(p.flat) &&
+                                     rules.near_faces_on_way(p);
                             },
                         .straight = wanted_ != nullptr ? wanted_->straight : nullptr,
                         .leaned = lean_ ? &lean_->ways() : nullptr,
@@ -343,6 +363,7 @@ class Planner {
   const PlanOptions& options_;
   const PlanOptions pass_options_;  ///< of the passes before they lean
   const WantedPart* wanted_;
+  const std::unique_ptr<const FaceContainment> faces_;  ///< null: all of the part
   ToleranceBudget budget_;
   EnvelopeOptions envelope_;
   std::vector<std::vector<Pass>> passes_;                  ///< by line

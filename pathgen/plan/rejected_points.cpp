@@ -70,6 +70,7 @@ Result<void> report_refusals(const ClSurface& surface, const Passes& passes, con
                              PlanReport& report) {
   std::uint64_t left_out = 0;
   const std::uint64_t asked = passes.traced - passes.refusals.beside;
+  if (options.only_faces && asked == 0) return fail(Code::kUnreachable, kNoFaceReached);
   const std::string all = std::to_string(asked);
   std::string names;
   for (const auto& [body, kept] : passes.refusals.fixtures) {

@@ -17,6 +17,11 @@ struct Reason {
   const char* text;
 };
 
+/// Where faces are chosen and no pass comes near to them.
+inline constexpr const char* kNoFaceReached =
+    "the passes come to none of the faces of containment.faces: they face away from the tool, lie out of the "
+    "containment, or something stands in front of them; check axis.mode, axis.n and the faces";
+
 /// Adds a warning for each reason: how many points, which facets, what to change.
 /// Errors: kLimit or kUnreachable when nothing is left. Notes in the report what each fixture keeps the tool
 /// from.

@@ -120,7 +120,7 @@ class Judge {
     FacetVerdict verdict;
     pieces.each([&](Point<Part> place, double share) {
       verdict.all += share;
-      const std::optional<std::optional<RestReason>> faces = judge(place, share, pieces.normal, verdict);
+      const std::optional<std::optional<RestReason>> faces = judge(i, place, share, pieces.normal, verdict);
       if (!faces) return;
       verdict.facing += share;
       if (*faces) verdict.uncut[static_cast<std::size_t>(**faces)] += share;
@@ -179,12 +179,13 @@ class Judge {
   }
 
   /// Nothing where the place is turned away; else why it is uncut, if it is.
-  std::optional<std::optional<RestReason>> judge(Point<Part> place, double share, Vec3 n,
+  std::optional<std::optional<RestReason>> judge(std::uint32_t facet, Point<Part> place, double share, Vec3 n,
                                                  FacetVerdict& verdict) {
     const Deformation& map = field_.deformation;
     const AxisLine line = contact_line(piece_, map, place, n);
     const double facing = dot(n, line.axis);
     if (facing < -kWallLean) return std::nullopt;
+    if (options_.only_faces && !options_.only_faces->chosen[facet]) return {RestReason::kContainment};
     const Point<Flat> flat = map.flatten(line.base);
     if (!rules_.region().over(flat)) return {RestReason::kContainment};
     const auto found = envelope_.at(flat.x, flat.y);

@@ -29,7 +29,7 @@ class Rest {
                std::max(asked_step(options), options.pattern.step_down)),
         reach_(tool, options),
         directions_(directions),
-        cells_(make_cells(part.mesh, std::max(piece_.outer, options.tolerance))),
+        cells_(only_chosen(make_cells(part.mesh, std::max(piece_.outer, options.tolerance)), options)),
         left_(cells_.size(), 0.0) {
     report_.limit = asked_height(options) + options.tolerance;
   }

@@ -75,6 +75,17 @@ bool covers(const ToolPiece& below, const ToolPiece& piece) {
 
 }  // namespace
 
+double distance_to_piece(const ToolPiece& piece, double d, double h) {
+  if (piece.has_cone()) {
+    const double on_cone = (d - piece.flat) * piece.taper_cos - h * piece.taper_sin - piece.corner;
+    const bool beside = (d - piece.flat) * piece.taper_sin + h * piece.taper_cos > 0.0;
+    if (beside) return std::max(on_cone, d - piece.outer);
+  } else if (h >= 0.0) {
+    return d - piece.outer;
+  }
+  return std::hypot(std::max(d - piece.flat, 0.0), h) - piece.corner;
+}
+
 std::vector<ToolPiece> all_pieces(const PlanOptions& options) {
   const Cutter& cutter = options.cutter;
   std::vector<ToolPiece> pieces{cutting_part(options)};

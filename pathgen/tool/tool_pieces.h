@@ -30,6 +30,10 @@ struct ToolPiece {
   }
 };
 
+/// Distance of a point from the outside of the piece's lower side, mm, negative within; `d` from the axis,
+/// `h` over the ring centre.
+double distance_to_piece(const ToolPiece& piece, double d, double h);
+
 /// Height of the CL reference over the tip, mm: the centre of the ball or of the rounded edge.
 inline double reference_height(const Cutter& cutter) { return cutter.nose_radius(); }
 

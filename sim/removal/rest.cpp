@@ -208,6 +208,14 @@ std::vector<Over> over_limit(const Probes& probes, double limit) {
 
 namespace {
 
+/// Facets of the part's file that alone are to be machined, rising; nothing: all.
+std::optional<std::vector<std::uint32_t>> only_facets(const pathgen::PlanOptions& plan) {
+  if (!plan.only_faces) return std::nullopt;
+  std::vector<std::uint32_t> facets = plan.only_faces->mesh.source;
+  std::sort(facets.begin(), facets.end());
+  return facets;
+}
+
 /// In which an indexed job's program cuts; none where those are too many to be indexed ones.
 std::vector<Vec3> cut_directions(const config::Job& job, const ExecutedPath& path) {
   std::vector<Vec3> directions;
@@ -243,10 +251,15 @@ Rest find_rest(const config::Job& job, const ExecutedPath& path, const Probes& p
   const Reach reach(job, probes.surface(), directions);
   std::optional<Reach> anyhow;  // by other directions than the program's
   if (!directions.empty()) anyhow.emplace(job, probes.surface());
+  const std::optional<std::vector<std::uint32_t>> only = only_facets(job.plan);
+  const auto asked_for = [&](std::uint32_t patch) {
+    return !only || std::binary_search(only->begin(), only->end(), probes.patches().mesh.source[patch]);
+  };
   enum : std::uint8_t { kNot, kElsewhere, kReached };
   std::vector<std::uint8_t> reached(all.size(), kNot);
   in_parallel(kTasks, threads, [&](std::size_t task) {
     for (std::size_t i = all.size() * task / kTasks; i < all.size() * (task + 1) / kTasks; ++i) {
+      if (!asked_for(all[i].patch)) continue;
       const Point<Part> place = probes.place(all[i].patch, all[i].probe);
       const Vec3 normal = probes.patches().normal[all[i].patch];
       if (reach.touches(place, normal))

@@ -16,6 +16,7 @@
 
 #include "config/job.h"
 #include "config/job_inputs.h"
+#include "config/part_faces.h"
 #include "config/part_reading.h"
 #include "pathgen/mesh/mesh.h"
 #include "pathgen/mesh/mesh_check.h"
@@ -153,6 +154,8 @@ class Verification {
   Result<void> read();
   Result<void> make_first_stock();
   Result<void> verify(std::size_t operation);
+  /// The part of an operation, in part_; its job knows the faces that it is for.
+  Result<void> take_part(config::Job& job);
   void show(const RemovalContext& context, const RemovalVerdict& verdict, const Removal& result);
   void take(const RemovalVerdict& verdict);
   bool several() const { return jobs_.size() > 1; }
@@ -242,17 +245,19 @@ Result<void> Verification::make_first_stock() {
   return {};
 }
 
+Result<void> Verification::take_part(config::Job& job) {
+  const auto part = parts_.of(job);
+  if (!part) return tl::unexpected(part.error());
+  part_ = *part;
+  return config::add_chosen_faces(job, parts_.model_of(job), *part_);
+}
+
 Result<void> Verification::verify(std::size_t operation) {
+  if (auto taken = take_part(jobs_[operation]); !taken) return taken;
   const config::Job& job = jobs_[operation];
   const ExecutedPath& path = moves_.paths[operation];
-  if (operation > 0) {
-    const auto part = parts_.of(job);
-    if (!part) return tl::unexpected(part.error());
-    part_ = *part;
-    if (film_)
-      film_ =
-          StockFilm(Dexels(film_->lines()), film_->cell(), path.moves.front().start, path.moves.back().end);
-  }
+  if (operation > 0 && film_)
+    film_ = StockFilm(Dexels(film_->lines()), film_->cell(), path.moves.front().start, path.moves.back().end);
   removal_.tolerance = job.plan.tolerance,
   removal_.rest_limit = asks_all(job.plan) ? rest_limit(job.plan) : -1.0;
   Probes probes(part_->mesh, cell_, probe_reach(job, rest_limit(job.plan)));

@@ -33,6 +33,7 @@
 #include <XCAFDoc_ColorTool.hxx>
 #include <XCAFDoc_DocumentTool.hxx>
 #include <XCAFDoc_ShapeTool.hxx>
+#include <cmath>
 #include <cstdio>
 #include <string>
 
@@ -118,7 +119,7 @@ void write_all(const std::string& folder) {
   write_iges(pocket, folder + "/pocket.iges", "MM", 0);
   write_step(pocket, folder + "/pocket.step");
 
-  // A step whose upper level, z = 20 over x < 20, is red.
+  // A step whose upper level, z = 20 over x < 20, is red, and whose lower one, z = 10, is green.
   const TopoDS_Shape step =
       BRepAlgoAPI_Cut(box, BRepPrimAPI_MakeBox(gp_Pnt(20, 0, 10), gp_Pnt(40, 30, 20)).Shape()).Shape();
   const Handle(TDocStd_Document) stepped = new_document();
@@ -126,7 +127,11 @@ void write_all(const std::string& folder) {
   for (TopExp_Explorer e(step, TopAbs_FACE); e.More(); e.Next()) {
     GProp_GProps properties;
     BRepGProp::SurfaceProperties(e.Current(), properties);
-    if (properties.CentreOfMass().Z() > 19.9) colour(stepped, e.Current(), 1.0, 0.0, 0.0);
+    const gp_Pnt middle = properties.CentreOfMass();
+    if (middle.Z() > 19.9) colour(stepped, e.Current(), 1.0, 0.0, 0.0);
+    if (std::abs(middle.Z() - 10.0) < 0.1 && middle.X() > 20.1 && middle.X() < 39.9 && middle.Y() > 0.1 &&
+        middle.Y() < 29.9)
+      colour(stepped, e.Current(), 0.0, 1.0, 0.0);
   }
   write_step(stepped, folder + "/step.step");
 

@@ -89,6 +89,23 @@ TEST(JobOptions, ReadsPencil) {
   EXPECT_FALSE(pencil("crease_angle_deg: 20, side_step_mm: 0.5"));
 }
 
+TEST(JobOptions, ReadsFacesThatAloneAreMachined) {
+  const auto with = [](const std::string& containment) {
+    return parse_job(kGoodJob + "containment: {" + containment + "}\n", kJobPath);
+  };
+  const auto named = with("faces: [\"#ff0000\", seat], beyond_faces_mm: 0.7");
+  ASSERT_TRUE(named) << named.error().message;
+  EXPECT_EQ(named->only_faces, (std::vector<std::string>{"#ff0000", "seat"}));
+  EXPECT_EQ(named->beyond_faces, 0.7);
+  EXPECT_NE(describe(*named).find("containment.faces[2]: seat\ncontainment.beyond_faces_mm: 0.7\n"),
+            std::string::npos);
+  const auto step = with("faces: [seat]");
+  ASSERT_TRUE(step) << step.error().message;
+  EXPECT_EQ(step->beyond_faces, 0.5);  // the side step
+  for (const char* wrong : {"beyond_faces_mm: 1", "faces: []", "faces: [seat], beyond_faces_mm: -1"})
+    EXPECT_FALSE(with(wrong)) << wrong;
+}
+
 TEST(JobOptions, ReadsContainmentInTheModesOwnCoordinates) {
   const Containment point = with_options().plan.containment;
   EXPECT_EQ(point.first.low, -kPi);  // to the last digit: the seam belongs to it

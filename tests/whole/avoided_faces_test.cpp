@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "config/avoided_faces.h"
+#include "config/part_faces.h"
 #include "config/part_reading.h"
 #include "pathgen/plan/plan.h"
 #include "tests/cad/made_files.h"

@@ -1,9 +1,9 @@
 #pragma once
-// Faces of the part that the tool keeps off: its whole body, by a distance, on every move.
+// Faces of the part that a job names: those that the tool keeps off, and those that alone are machined.
 
 #include "config/job.h"
 #include "kinematics/basics/result.h"
-#include "pathgen/mesh/mesh.h"
+#include "pathgen/mesh/mesh_check.h"
 #include "pathgen/part_file/part_model.h"
 
 namespace tiltfeed::config {
@@ -13,5 +13,9 @@ namespace tiltfeed::config {
 /// fixtures the larger of both distances holds for all. Nothing without job.avoid_faces. `part` is
 /// check_part() of `model`. Errors: kInput: a mesh file, or no face has that name or colour.
 Result<void> add_avoided_faces(Job& job, const pathgen::PartModel& model, const pathgen::CheckedMesh& part);
+
+/// Sets job.plan.only_faces to the faces of job.only_faces; nothing without these. `part` and errors as
+/// above; kMesh: nothing is left of the faces after the repair.
+Result<void> add_chosen_faces(Job& job, const pathgen::PartModel& model, const pathgen::CheckedMesh& part);
 
 }  // namespace tiltfeed::config
