@@ -4,6 +4,7 @@
 #include <tbb/parallel_sort.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <utility>
@@ -18,15 +19,29 @@ namespace {
 constexpr double kSteps = 2.0, kSmallestCell = 0.125;
 /// The least distance along a move is found to this share of the move.
 constexpr double kShare = 1e-3;
+/// An angle of up to a quarter turn is no more than so many times its chord.
+constexpr double kTurnOfChord = 1.2;
 /// Bits of a cell's number along each axis, and its middle.
 constexpr int kBits = 21;
 constexpr std::int64_t kMiddle = std::int64_t{1} << (kBits - 1);
+/// Cells of a block along each axis, as a power of two.
+constexpr int kBlockBits = 2;
 
 std::uint64_t packed(std::int64_t x, std::int64_t y, std::int64_t z) {
   const auto part = [](std::int64_t v) {
     return static_cast<std::uint64_t>(std::clamp<std::int64_t>(v + kMiddle, 0, 2 * kMiddle - 1));
   };
   return part(x) << (2 * kBits) | part(y) << kBits | part(z);
+}
+
+/// Of the cell with that number.
+std::uint64_t block_of(std::uint64_t cell) {
+  const auto index = [&](int axis) {
+    return (static_cast<std::int64_t>((cell >> (axis * kBits)) & ((std::uint64_t{1} << kBits) - 1)) -
+            kMiddle) >>
+           kBlockBits;
+  };
+  return packed(index(2), index(1), index(0));
 }
 
 }  // namespace
@@ -64,6 +79,7 @@ CuttingMoves::CuttingMoves(const std::vector<Move>& moves, const ToolPiece& piec
     order[i] = {cell_of(lerp(reference(way.move - 1), reference(way.move), middle)),
                 static_cast<std::uint32_t>(i)};
   });
+  for (const auto& [cell, way] : order) blocks_.insert(block_of(cell));
   tbb::parallel_sort(order.begin(), order.end());
   std::vector<Way> placed(ways_.size());
   std::size_t cells = 0;
@@ -72,6 +88,8 @@ CuttingMoves::CuttingMoves(const std::vector<Move>& moves, const ToolPiece& piec
     cells += i == 0 || order[i].first != order[i - 1].first ? 1 : 0;
   }
   ways_ = std::move(placed);
+  middles_.resize(ways_.size());
+  tbb::parallel_for(std::size_t{0}, ways_.size(), [&](std::size_t i) { middles_[i] = middle_of(ways_[i]); });
   slots_.resize(std::bit_ceil(2 * cells + 2));
   for (std::size_t i = 0, next = 0; i < order.size(); i = next) {
     while (next < order.size() && order[next].first == order[i].first) ++next;
@@ -105,6 +123,25 @@ const CuttingMoves::Slot& CuttingMoves::find(std::uint64_t cell) const {
   std::size_t i = (key ^ (key >> 31)) & (slots_.size() - 1);
   while (slots_[i].count > 0 && slots_[i].cell != cell) i = (i + 1) & (slots_.size() - 1);
   return slots_[i];
+}
+
+CuttingMoves::Middle CuttingMoves::middle_of(const Way& way) const {
+  const Pose &from = moves_[way.move - 1].pose, &to = moves_[way.move].pose;
+  const double low = static_cast<double>(way.begin), half = 0.5 * (static_cast<double>(way.end) - low),
+               share = low + half;
+  const Vec3 axis = normalized(from.axis * (1.0 - share) + to.axis * share);
+  return {lerp(from.tip, to.tip, share) + axis * (height_ + piece_.above_reference), axis,
+          half * distance(from.tip, to.tip), kTurnOfChord * half * length(to.axis - from.axis)};
+}
+
+/// No tool on that way is nearer: seen from the tool the place moves by no more than its tip and its turn do.
+double CuttingMoves::least_gap(Point<Part> place, const Middle& middle) const {
+  const Vec3 w = place - middle.ring;
+  const double h = dot(w, middle.axis), square = squared_length(w);
+  double moves = middle.way;
+  if (middle.turn > 0.0)
+    moves += middle.turn * (std::sqrt(square) + std::abs(height_ + piece_.above_reference) + middle.way);
+  return distance_to_piece(piece_, std::sqrt(std::max(0.0, square - h * h)), h) - moves;
 }
 
 double CuttingMoves::gap(Point<Part> place, const Way& way) const {
@@ -144,15 +181,36 @@ double CuttingMoves::left(Point<Part> place, Point<Part> touching, double enough
   const auto look = [&](std::uint64_t cell) {
     const Slot& slot = find(cell);
     for (std::uint32_t i = slot.first; i < slot.first + slot.count && least > enough; ++i)
-      least = std::min(least, gap(place, ways_[i]));
+      if (least_gap(place, middles_[i]) < least) least = std::min(least, gap(place, ways_[i]));
   };
   const auto index = [&](double v) { return static_cast<std::int64_t>(std::floor(v / size_)); };
   look(cell_of(touching));
+  using Cell = std::array<std::int64_t, 3>;
+  Cell seen_low = {index(touching.x), index(touching.y), index(touching.z)}, seen_high = seen_low;
   for (double radius = size_ / 2.0; least > enough; radius = std::min(2.0 * radius, widest_search_)) {
     const double reach = radius + size_ / 2.0;
-    for (auto x = index(touching.x - reach); x <= index(touching.x + reach); ++x)
-      for (auto y = index(touching.y - reach); y <= index(touching.y + reach); ++y)
-        for (auto z = index(touching.z - reach); z <= index(touching.z + reach); ++z) look(packed(x, y, z));
+    const Cell low{index(touching.x - reach), index(touching.y - reach), index(touching.z - reach)},
+        high{index(touching.x + reach), index(touching.y + reach), index(touching.z + reach)};
+    // Block by block, as most of them have no way.
+    for (auto i = low[0] >> kBlockBits; i <= high[0] >> kBlockBits; ++i)
+      for (auto j = low[1] >> kBlockBits; j <= high[1] >> kBlockBits; ++j)
+        for (auto k = low[2] >> kBlockBits; k <= high[2] >> kBlockBits; ++k) {
+          if (!blocks_.contains(packed(i, j, k))) continue;
+          const auto first = [&](std::size_t axis, std::int64_t block) {
+            return std::max(low[axis], block << kBlockBits);
+          };
+          const auto last = [&](std::size_t axis, std::int64_t block) {
+            return std::min(high[axis], ((block + 1) << kBlockBits) - 1);
+          };
+          for (auto x = first(0, i); x <= last(0, i); ++x)
+            for (auto y = first(1, j); y <= last(1, j); ++y)
+              for (auto z = first(2, k); z <= last(2, k); ++z) {
+                const bool again = x >= seen_low[0] && x <= seen_high[0] && y >= seen_low[1] &&
+                                   y <= seen_high[1] && z >= seen_low[2] && z <= seen_high[2];
+                if (!again) look(packed(x, y, z));
+              }
+        }
+    seen_low = low, seen_high = high;
     if (least <= unseen(radius) || radius >= widest_search_) break;
   }
   return least;

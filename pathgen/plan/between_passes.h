@@ -3,6 +3,7 @@
 // places that it could touch. (U2) in pathgen/plan/README.md.
 
 #include <cstdint>
+#include <unordered_set>
 #include <vector>
 
 #include "kinematics/basics/tool_path.h"
@@ -41,6 +42,12 @@ class CuttingMoves {
     std::uint32_t move = 0;  ///< to moves_[move] from the one before
     float begin = 0.0f, end = 1.0f;
   };
+  /// The tool half way along one, and how it moves from there.
+  struct Middle {
+    Point<Part> ring;
+    Vec3 axis;
+    double way = 0.0, turn = 0.0;  ///< of the tip, mm, and of the axis, rad, to either end; a little more
+  };
   struct Slot {
     std::uint64_t cell = 0;
     std::uint32_t first = 0, count = 0;
@@ -49,14 +56,18 @@ class CuttingMoves {
   std::uint64_t cell_of(Point<Part> p) const;
   const Slot& find(std::uint64_t cell) const;
   void take(std::size_t move);
+  Middle middle_of(const Way& way) const;
+  double least_gap(Point<Part> place, const Middle& middle) const;
   double gap(Point<Part> place, const Way& way) const;
   double unseen(double radius) const;
 
   const std::vector<Move>& moves_;
   const ToolPiece& piece_;
   double height_, size_, farthest_, widest_search_;
-  std::vector<Way> ways_;    ///< cell by cell
-  std::vector<Slot> slots_;  ///< open addressing; count 0: free
+  std::vector<Way> ways_;                     ///< cell by cell
+  std::vector<Middle> middles_;               ///< of each of them
+  std::vector<Slot> slots_;                   ///< open addressing; count 0: free
+  std::unordered_set<std::uint64_t> blocks_;  ///< of four cells along each axis: those with any way
 };
 
 }  // namespace tiltfeed::pathgen

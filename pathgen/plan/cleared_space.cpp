@@ -13,6 +13,8 @@ namespace {
 constexpr double kColumnShare = 0.5;
 /// Of a way's length: more than it bows towards the axis feature.
 constexpr double kBowShare = 0.1;
+/// An angle of up to a quarter turn is no more than so many times its chord.
+constexpr double kTurnOfChord = 1.2;
 
 /// The tool as it is, without what it was to leave.
 ToolPiece bare_piece(const PlanOptions& options) {
@@ -65,7 +67,12 @@ void ClearedSpace::take(std::uint32_t move) {
   const Pose &a = cut_.moves[move - 1].pose, &b = cut_.moves[move].pose;
   const double pieces = std::max(1.0, std::ceil(distance(a.tip, b.tip) / length_));
   for (double i = 0.0; i < pieces; ++i) {
-    const Way way{move, static_cast<float>(i / pieces), static_cast<float>((i + 1.0) / pieces)};
+    const auto axis_at = [&](double share) { return normalized(a.axis * (1.0 - share) + b.axis * share); };
+    Way way{lerp(a.tip, b.tip, i / pieces), lerp(a.tip, b.tip, (i + 1.0) / pieces), axis_at(i / pieces),
+            axis_at((i + 1.0) / pieces)};
+    way.middle_axis = normalized(way.from_axis + way.to_axis);
+    way.half = 0.5 * distance(way.from, way.to);
+    way.turn = kTurnOfChord * length(way.to_axis - way.from_axis);
     const auto flat = [&](double share) { return map_.flatten(lerp(a.tip, b.tip, share)); };
     const Point<Flat> f = flat((i + 0.5) / pieces);
     Ways& ways = ways_[column(f.x, f.y)];
@@ -92,29 +99,44 @@ ClearedSpace::Column ClearedSpace::column(double x, double y) const {
   return {index(x, size_x_, count_x_), index(y, size_y_, count_y_)};
 }
 
+/// Does the tool there come within `slack` of the place, or is that above it?
+bool ClearedSpace::touches(const Way& way, double share, Point<Part> place, double slack) const {
+  const Vec3 axis = way.axis_at(share);
+  const Vec3 w = place - (lerp(way.from, way.to, share) + axis * (height_ + piece_.above_reference));
+  const double h = dot(w, axis), square = std::max(0.0, squared_length(w) - h * h),
+               widest = piece_.outer + slack;
+  if (square > widest * widest) return false;
+  if (!piece_.has_cone() && h >= 0.0) return true;
+  return distance_to_piece(piece_, std::sqrt(square), h) <= slack;
+}
+
 bool ClearedSpace::passes(const Way& way, Point<Part> place, double slack) const {
-  const Pose &from = cut_.moves[way.move - 1].pose, &to = cut_.moves[way.move].pose;
+  // Beside it, whatever the share.
+  const Vec3& axis = way.middle_axis;
+  const Vec3 off = place - lerp(way.from, way.to, 0.5);
+  const double up = dot(off, axis), widest = (piece_.outer + slack + way.half + way.turn * std::abs(up)) *
+                                             (1.0 + way.turn * way.turn);
+  if (squared_length(off) - up * up > widest * widest) return false;
   // Below the tip at both ends.
-  if (std::max(dot(place - from.tip, from.axis), dot(place - to.tip, to.axis)) < -slack - kBowShare * length_)
+  if (std::max(dot(place - way.from, way.from_axis), dot(place - way.to, way.to_axis)) <
+      -slack - kBowShare * length_)
     return false;
-  const double begin = static_cast<double>(way.begin), end = static_cast<double>(way.end);
-  const auto axis_at = [&](double share) { return normalized(from.axis * (1.0 - share) + to.axis * share); };
   // Seen along the axis, the place of the move nearest to the place.
-  const Vec3 axis = axis_at(0.5 * (begin + end)), along = to.tip - from.tip;
-  const Vec3 level = along - axis * dot(along, axis);
+  const Vec3 along = way.to - way.from, level = along - axis * dot(along, axis);
   const double square = squared_length(level);
-  const double share = square > 0.0 ? std::clamp(dot(place - from.tip, level) / square, begin, end) : end;
-  for (const double at : {share, begin, end}) {
-    const Vec3 a = axis_at(at);
-    const Vec3 w = place - (lerp(from.tip, to.tip, at) + a * (height_ + piece_.above_reference));
-    const double h = dot(w, a), d = std::sqrt(std::max(0.0, squared_length(w) - h * h));
-    if (distance_to_piece(piece_, d, h) <= slack) return true;
-  }
-  return false;
+  const double share = square > 0.0 ? std::clamp(dot(place - way.from, level) / square, 0.0, 1.0) : 1.0;
+  return touches(way, share, place, slack) || (share > 0.0 && touches(way, 0.0, place, slack)) ||
+         (share < 1.0 && touches(way, 1.0, place, slack));
 }
 
 bool ClearedSpace::holds(Point<Part> place, double slack) const {
+  const Way* hint = nullptr;
+  return holds(place, slack, hint);
+}
+
+bool ClearedSpace::holds(Point<Part> place, double slack, const Way*& hint) const {
   if (!known_ || ways_.empty()) return false;
+  if (hint != nullptr && passes(*hint, place, slack)) return true;
   const Point<Flat> f = map_.flatten(place);
   const Deformation::Distances away = map_.distances(place);
   // Between the place and the axis of the tool.
@@ -140,7 +162,7 @@ bool ClearedSpace::holds(Point<Part> place, double slack) const {
                                            f.y + static_cast<double>(offset(j)) * size_y_));
       if (found == ways_.end() || f.z + slack < found->second.lowest) continue;
       for (const Way& way : found->second.all)
-        if (passes(way, place, slack)) return true;
+        if (passes(way, place, slack)) return hint = &way, true;
     }
   return false;
 }

@@ -24,6 +24,22 @@ class ClearedSpace {
   /// told by the place of the move nearest to it. Any thread may ask.
   bool holds(Point<Part> place, double slack) const;
 
+  /// A piece of a move, straight.
+  struct Way {
+    Point<Part> from, to;  ///< of the tip
+    Vec3 from_axis, to_axis, middle_axis{};
+    double half = 0.0;  ///< of its length, mm
+    double turn = 0.0;  ///< of the axis, rad; a little more
+
+    Vec3 axis_at(double share) const {
+      return share == 0.0   ? from_axis
+             : share == 1.0 ? to_axis
+                            : normalized(from_axis * (1.0 - share) + to_axis * share);
+    }
+  };
+  /// The same. `hint`: what held a place nearby, null for none; set to what holds this one.
+  bool holds(Point<Part> place, double slack, const Way*& hint) const;
+
  private:
   struct Column {
     std::int64_t x = 0, y = 0;
@@ -34,16 +50,13 @@ class ClearedSpace {
       return static_cast<std::size_t>(c.x) * 0x9E3779B97F4A7C15u ^ static_cast<std::size_t>(c.y);
     }
   };
-  struct Way {
-    std::uint32_t move = 0;  ///< from the one before
-    float begin = 0.0f, end = 1.0f;
-  };
   struct Ways {
     double lowest = std::numeric_limits<double>::infinity();  ///< z' that no tool of theirs comes under, mm
     std::vector<Way> all;
   };
   void take(std::uint32_t move);
   bool passes(const Way& way, Point<Part> place, double slack) const;
+  bool touches(const Way& way, double share, Point<Part> place, double slack) const;
   Column column(double x, double y) const;
 
   const EarlierCut& cut_;

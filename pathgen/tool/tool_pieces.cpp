@@ -83,7 +83,8 @@ double distance_to_piece(const ToolPiece& piece, double d, double h) {
   } else if (h >= 0.0) {
     return d - piece.outer;
   }
-  return std::hypot(std::max(d - piece.flat, 0.0), h) - piece.corner;
+  const double beyond = std::max(d - piece.flat, 0.0);
+  return std::sqrt(beyond * beyond + h * h) - piece.corner;
 }
 
 std::vector<ToolPiece> all_pieces(const PlanOptions& options) {
