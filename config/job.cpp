@@ -82,6 +82,7 @@ Job read_job(const Section& root, const std::string& path, const ToolLibrary* to
   job.program = read_program_data(root, choice.tool == nullptr ? 0 : choice.tool->number);
   job.setup = read_setup(root, job.plan);
   job.fixtures = read_fixtures(root, path);
+  job.blank = read_blank(root, path);
   job.machine.path = beside_file(path, root.text("machine"));
   return job;
 }
@@ -93,9 +94,10 @@ namespace {
 Section root_of(const YamlNode& tree, Complaint& complaint) {
   return {tree,
           "",
-          {"part",         "cutter",  "axis",   "pattern",  "rest",    "containment",  "tolerance_mm",
-           "allowance_mm", "stock",   "points", "guards",   "links",   "clearance_mm", "approach_mm",
-           "feeds",        "program", "setup",  "fixtures", "machine", "operations",   "operation_order"},
+          {"part",         "cutter",       "axis",       "pattern",        "rest",   "containment",
+           "tolerance_mm", "allowance_mm", "stock",      "points",         "guards", "links",
+           "clearance_mm", "approach_mm",  "feeds",      "program",        "setup",  "fixtures",
+           "blank",        "machine",      "operations", "operation_order"},
           complaint};
 }
 

@@ -2,9 +2,11 @@
 // The job file: part, cutter, axis field, pattern, containment, guards, links, feeds, set-up. YAML lives and
 // dies in config/*.cpp. Every key: config/jobs/example.yaml.
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "config/blank.h"
 #include "config/machine_profile.h"
 #include "kinematics/basics/result.h"
 #include "kinematics/machine/machine.h"
@@ -47,7 +49,8 @@ struct Job {
   Angle axis_tolerance;  ///< by which the axis may lean near the rotary's pole; 0: not at all
   Setup setup;           ///< tool_length = plan.cutter.length
   std::vector<Fixture> fixtures;
-  double spindle_rpm = 0.0;  ///< 0: no spindle words
+  std::optional<Blank> blank;  ///< what the first operation cuts from; nothing: nobody says
+  double spindle_rpm = 0.0;    ///< 0: no spindle words
   FeedRange feeds;
   ProgramData program;
   MachineProfile machine;

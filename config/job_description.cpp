@@ -171,6 +171,7 @@ std::string describe(const Job& job) {
   out.add("setup.tilt_max_deg", plan.tilt_max);
   out.add("setup.tool_length_mm", job.setup.tool_length);
   describe_fixtures(out, job.fixtures);
+  describe_blank(out, job.blank);
   std::istringstream machine(describe(job.machine));
   std::string text = out.text();
   for (std::string line; std::getline(machine, line);) text += "machine." + line + "\n";

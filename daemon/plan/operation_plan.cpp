@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "config/blank_of_job.h"
 #include "config/fixture_meshes.h"
 #include "config/part_faces.h"
 #include "config/table_home.h"
@@ -21,6 +22,7 @@
 #include "kinematics/basics/decimal.h"
 #include "kinematics/basics/tolerance_budget.h"
 #include "kinematics/timing/tcp_path.h"
+#include "pathgen/tool/blank_solid.h"
 
 namespace tiltfeed::daemon {
 namespace {
@@ -80,7 +82,9 @@ Result<void> OperationPlan::plan_path(std::shared_ptr<const pathgen::CheckedMesh
   job_.plan.fixtures = std::move(*fixtures), job_.plan.fixture_room = config::fixture_room(job_);
   if (auto kept = config::add_avoided_faces(job_, model, *part_); !kept) return kept;
   if (auto chosen = config::add_chosen_faces(job_, model, *part_); !chosen) return chosen;
+  if (auto known = config::add_blank(job_, *part_); !known) return known;
   if (job_.plan.fixtures) held_ = pathgen::joined(part_->mesh, job_.plan.fixtures->mesh);
+  if (job_.plan.blank) held_ = pathgen::joined(held_ ? *held_ : part_->mesh, job_.plan.blank->mesh());
   auto planned =
       pathgen::plan(*part_, job_.plan, [&](const char* stage, double f) { return told_.show(stage, f); });
   if (!planned) return tl::unexpected(planned.error());

@@ -408,6 +408,11 @@ Result<void> goes_alone(const config::Job& job) {
       return fail(Code::kInput, job.path + ": the file of fixture '" + fixture.name +
                                     "' does not go to the service with it: state it as boxes, cylinders or "
                                     "cones, or plan the job where its file is and submit its program");
+  if (job.blank && job.blank->shape == config::BlankShape::kFile)
+    return fail(Code::kInput,
+                job.path +
+                    ": the file of the blank does not go to the service with it: state it as a box "
+                    "or cylinder, or plan the job where its file is and submit its program");
   return {};
 }
 

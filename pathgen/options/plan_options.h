@@ -130,6 +130,7 @@ struct IndexedAxis {
 };
 
 struct EarlierCut;
+class BlankSolid;
 
 struct PlanOptions {
   std::string name;  ///< of the part
@@ -156,6 +157,9 @@ struct PlanOptions {
   /// Only where the operations before leave more than this on the part, mm; 0: everywhere.
   double rest_more_than = 0.0;
   std::vector<std::shared_ptr<const EarlierCut>> earlier;  ///< those operations, in their order
+  /// What the job is cut from; null: nobody says. Rapids across the part go over it.
+  std::shared_ptr<const BlankSolid> blank;
+  bool from_blank = false;  ///< is this the first operation, which finds all of the blank?
   Feed cut_feed, plunge_feed;
   Vec3 up{0, 0, 1};  ///< the table's axis in part directions, unit
   Angle tilt_max =

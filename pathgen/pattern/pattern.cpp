@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "kinematics/basics/tolerance_budget.h"
 #include "pathgen/envelope/thinning.h"
@@ -13,6 +14,8 @@
 #include "pathgen/pattern/rough_layers.h"
 #include "pathgen/pattern/row_layout.h"
 #include "pathgen/progress/watch.h"
+#include "pathgen/tool/blank_solid.h"
+#include "pathgen/tool/tool_pieces.h"
 
 namespace tiltfeed::pathgen {
 
@@ -22,6 +25,8 @@ namespace {
 constexpr double kOverlapShare = 1.0;
 /// Of the work there, the contours.
 constexpr double kWallsShare = 0.7;
+/// Of the cutter's radius, and of the blank's diagonal: how far apart its surface is looked at.
+constexpr double kBlankShare = 0.25, kBlankPlaces = 400.0;
 
 /// (Z1) No level where the axis turns too fast: on the point, line or circle itself x' or y' says nothing.
 Interval useful(Interval levels, const Deformation& map) {
@@ -152,27 +157,84 @@ Result<Passes> trace_pencil(const ClField& field, const PlanOptions& options, co
   return within(std::move(*found), region, field, options, envelope, options.smoothing, steps, warnings);
 }
 
-/// Layers from the top of the part, or of the containment, down.
+/// Where the cutter meets the blank, and z' of its highest place.
+struct BlankExtent {
+  FlatBounds bounds;
+  double top = -std::numeric_limits<double>::infinity();
+};
+
+/// `apart`: of the places that are looked at; `radius`: of the cutter; mm.
+BlankExtent extent_of(const BlankSolid& blank, const Deformation& map, double apart, double radius) {
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  const bool x_is_angle = map.period_x() > 0.0, y_is_angle = map.frame().mode != AxisMode::kFixed;
+  // Seen from the axis feature the cutter is so wide.
+  const auto half = [&](bool is_angle, double distance, double scale) {
+    if (!is_angle) return radius;
+    return scale * (distance > radius ? std::asin(radius / distance) : kPi);
+  };
+  BlankExtent extent{{kNone, -kNone, kNone, -kNone}};
+  FlatBounds& b = extent.bounds;
+  for (const Point<Part>& p : blank.places(apart)) {
+    const Point<Flat> f = map.flatten(p);
+    const Deformation::Distances away = map.distances(p);
+    const double x = half(x_is_angle, away.r, map.scale_x()), y = half(y_is_angle, away.rho, map.scale_y());
+    b.min_x = std::min(b.min_x, f.x - x), b.max_x = std::max(b.max_x, f.x + x);
+    b.min_y = std::min(b.min_y, f.y - y), b.max_y = std::max(b.max_y, f.y + y);
+    extent.top = std::max(extent.top, f.z);
+  }
+  return extent;
+}
+
+/// No more than one turn.
+void keep_to_a_turn(double& low, double& high, double period) {
+  if (period > 0.0 && high - low > period) low = -period / 2.0, high = period / 2.0;
+}
+
+/// Layers from the top of the blank, of the part, or of the containment, down.
 Result<Passes> trace_rough(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope,
                            const Progress& progress, std::vector<std::string>& warnings) {
   const Region region(options.containment, field.deformation);
+  FlatBounds bounds = field.bounds;
+  std::optional<BlankExtent> blank;
+  if (options.blank) {
+    const Box& box = options.blank->bounds();
+    blank =
+        extent_of(*options.blank, field.deformation,
+                  std::max(kBlankShare * options.cutter.radius(), distance(box.min, box.max) / kBlankPlaces),
+                  field.surface.pieces().front().outer);
+    bounds = {std::min(bounds.min_x, blank->bounds.min_x), std::max(bounds.max_x, blank->bounds.max_x),
+              std::min(bounds.min_y, blank->bounds.min_y), std::max(bounds.max_y, blank->bounds.max_y)};
+    keep_to_a_turn(bounds.min_x, bounds.max_x, field.deformation.period_x());
+    keep_to_a_turn(bounds.min_y, bounds.max_y, field.deformation.period_y());
+  }
   const auto raster =
-      lay_rows(field.index, region.within(field.bounds), options.pattern, options.pattern.side_step);
+      lay_rows(field.index, region.within(bounds), options.pattern, options.pattern.side_step);
   if (!raster) return tl::unexpected(raster.error());
   std::vector<FlatLine> lines;
   for (double k = 0.0; k < raster->count; ++k)
     for (const FlatLine& piece : region.inside(raster->row(k))) lines.push_back(piece);
-  const ContourOptions contours = contour_options(options, envelope, region, field.deformation);
+  ContourOptions contours = contour_options(options, envelope, region, field.deformation);
+  // Beside walls the envelope ends where they begin; there the blank is cut down to where the part ends.
+  if (blank && field.deformation.frame().mode == AxisMode::kFixed && !std::isfinite(contours.height.low)) {
+    double lowest = std::numeric_limits<double>::infinity();
+    const Mesh& mesh = field.surface.mesh();
+    for (std::size_t i = 0; i < field.surface.part_facets(); ++i)
+      for (const std::uint32_t v : mesh.facets[i])
+        lowest = std::min(lowest, field.deformation.flatten(mesh.vertices[v]).z);
+    contours.height.low = lowest + reference_height(options.cutter);
+  }
   double top = region.levels().high;
-  if (!std::isfinite(top)) {
+  if (blank) {
+    top = std::min(top, blank->top + reference_height(options.cutter));
+  } else if (!std::isfinite(top)) {
     top = -std::numeric_limits<double>::infinity();
     for (Point<Part> v : field.surface.mesh().vertices) top = std::max(top, field.deformation.flatten(v).z);
     top += reference_height(options.cutter) + options.allowance + options.axial_stock;
   }
   const Progress steps = in_order(progress, {"lines", "layers", "held"}, 0.0, 1.0);
   // Stock stands beside the part, too, where a containment says how far.
-  auto found =
-      rough_layers(field, lines, std::min(top, contours.height.high), region.limited(), contours, steps);
+  auto found = rough_layers(field, lines, std::min(top, contours.height.high), blank || region.limited(),
+                            contours, steps);
   if (!found) return tl::unexpected(found.error());
   warnings.insert(warnings.end(), found->warnings.begin(), found->warnings.end());
   std::vector<double> floors = std::move(found->floors);

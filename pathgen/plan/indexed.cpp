@@ -247,9 +247,9 @@ class Indexed {
     };
     WantedPart asked{
         .place = wanted, .straight = straight, .spacing = regions.spacing(), .overlap = asked_step(options_)};
-    if (rest_ && rest_->knows_stock())
+    if (rest_ && rest_->stock().known())
       asked.free_from = [&](const Deformation& map, Point<Flat> place, double from, double to) {
-        return rest_->free_from(map, place, from, to);
+        return rest_->stock().free_from(map, place, from, to);
       };
     return plan_where(part_, options, &asked, progress);
   }

@@ -29,7 +29,7 @@ LayerStock::LayerStock(const Box& part, const PlanOptions& options, const Deform
       map_(map),
       floors_(floors),
       clearance_z_(clearance_z),
-      box_known_(!Region(options.containment, map).limited()),
+      box_known_(!options.blank && !Region(options.containment, map).limited()),
       radius_(tool_pieces(options).front().outer) {}
 
 double LayerStock::free_from(Point<Flat> place, double to) const {

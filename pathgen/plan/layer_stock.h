@@ -30,7 +30,7 @@ class LayerStock {
   const Deformation& map_;
   const std::vector<double>& floors_;
   double clearance_z_;
-  bool box_known_;  ///< does the stock end with the part's box?
+  bool box_known_;  ///< does the stock end with the part's box? A blank is asked elsewhere
   double radius_;   ///< of the cutting part, mm
 };
 

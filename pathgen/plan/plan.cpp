@@ -7,6 +7,7 @@
 #include "pathgen/plan/predefined_axis.h"
 #include "pathgen/plan/rejected_points.h"
 #include "pathgen/plan/rest_wanted.h"
+#include "pathgen/plan/stock_before.h"
 #include "pathgen/progress/stages.h"
 
 namespace tiltfeed::pathgen {
@@ -15,6 +16,22 @@ namespace {
 
 /// A retract takes about as long as so many clearances at the cutting feed.
 constexpr double kRetractClearances = 4.0;
+/// Of the cutter's radius: so far apart places of a pass are asked whether they are in the blank.
+constexpr double kBlankSpacing = 0.25;
+
+/// How far a pass may go on where nothing is to be cut, in about the time of a retract, mm.
+double bridge_of(const PlanOptions& options) {
+  return kRetractClearances * options.links.clearance +
+         options.links.approach * options.cut_feed.mm_per_min() / options.plunge_feed.mm_per_min();
+}
+
+/// Down to which z' rapids may come; nothing where nobody knows the stock. `stock` must outlive it.
+decltype(WantedPart::free_from) above(const StockBefore& stock) {
+  if (!stock.known()) return {};
+  return [&stock](const Deformation& map, Point<Flat> place, double from, double to) {
+    return stock.free_from(map, place, from, to);
+  };
+}
 
 /// Only where more than is wanted is left.
 Result<Plan> plan_rest(const CheckedMesh& part, const PlanOptions& options, const Progress& progress) {
@@ -32,14 +49,9 @@ Result<Plan> plan_rest(const CheckedMesh& part, const PlanOptions& options, cons
   const Deformation field(options.axis, 1.0);
   WantedPart wanted;
   wanted.place = [&](const EnvelopePoint& p) { return rest->wants(p.centre, field.axis_at(p.centre)); };
-  if (rest->knows_stock())
-    wanted.free_from = [&](const Deformation& map, Point<Flat> place, double from, double to) {
-      return rest->free_from(map, place, from, to);
-    };
+  wanted.free_from = above(rest->stock());
   wanted.spacing = rest->spacing();
-  // What is cut meanwhile, in about the time of a retract.
-  wanted.bridge = kRetractClearances * options.links.clearance +
-                  options.links.approach * options.cut_feed.mm_per_min() / options.plunge_feed.mm_per_min();
+  wanted.bridge = bridge_of(options);
   Result<Plan> planned = plan_where(part, options, &wanted, progress);
   if (!planned) return planned;
   planned->report.rest = rest->before();
@@ -47,10 +59,30 @@ Result<Plan> plan_rest(const CheckedMesh& part, const PlanOptions& options, cons
   return planned;
 }
 
+/// The first operation of a job that says what it is cut from.
+Result<Plan> plan_from_blank(const CheckedMesh& part, const PlanOptions& options, const Progress& progress) {
+  if (auto ok = check_options(options); !ok) return tl::unexpected(ok.error());
+  StockBefore stock(part, options);
+  WantedPart wanted;
+  if (options.pattern.kind == PatternKind::kRough) {
+    stock.lay_grid();
+    wanted.place = [&](const EnvelopePoint& p) {
+      return stock.meets(p.centre, p.axis, options.pattern.step_down);
+    };
+    wanted.bridge = bridge_of(options);
+    wanted.spacing = kBlankSpacing * options.cutter.radius();
+    wanted.whole = true;
+  }
+  wanted.free_from = above(stock);
+  return plan_where(part, options, &wanted, progress);
+}
+
 Result<Plan> plan_by_mode(const CheckedMesh& part, const PlanOptions& options, const Progress& progress) {
   if (options.rest_more_than > 0.0) return plan_rest(part, options, progress);
   if (options.axis.mode == AxisMode::kIndexed) return plan_indexed(part, options, progress);
-  if (options.axis.mode != AxisMode::kFree) return plan_where(part, options, nullptr, progress);
+  if (options.axis.mode != AxisMode::kFree)
+    return options.from_blank ? plan_from_blank(part, options, progress)
+                              : plan_where(part, options, nullptr, progress);
   if (auto ok = check_options(options); !ok) return tl::unexpected(ok.error());
   Plan plan = plan_without_moves(options);
   if (const auto done = plan_free(part, options, progress, plan); !done)

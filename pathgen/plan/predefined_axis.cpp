@@ -26,6 +26,7 @@
 #include "pathgen/plan/rest_material.h"
 #include "pathgen/progress/stages.h"
 #include "pathgen/surface/cl_field.h"
+#include "pathgen/tool/blank_solid.h"
 #include "pathgen/tool/face_containment.h"
 #include "pathgen/tool/tool_pieces.h"
 
@@ -55,6 +56,9 @@ Result<double> clearance_surface(const Mesh& mesh, double top, const Deformation
     for (Point<Part> v : options.fixtures->mesh.vertices)
       bound = std::max(bound, deformation.height(v) + above);
   }
+  if (options.blank)
+    for (Point<Part> v : options.blank->mesh().vertices)
+      bound = std::max(bound, deformation.height(v) + reference_height(options.cutter));
   const double z = top + options.links.clearance;
   if (deformation.s() > 0.0) return bound + options.links.clearance;
   if (bound + options.links.clearance <= -kLeastAxisDistance) return bound + options.links.clearance;
@@ -96,7 +100,7 @@ class Planner {
     if (!clearance_z) return tl::unexpected(clearance_z.error());
     if (auto done = join(*field, *clearance_z); !done) return done;
     measure(path_.moves, report_);
-    if (options_.find_rest_material && wanted_ == nullptr) {
+    if (options_.find_rest_material && wants_all()) {
       if (!stages_.begin("uncut")) return cancelled();
       OppositeWall opposite_wall(part_.mesh, field->deformation, options_, *clearance_z);
       report_.uncut = find_rest_material(
@@ -139,8 +143,10 @@ class Planner {
     report_.slice_points = passes->traced;
     // The first level lies up to a step under the top of the surface.
     top_ = passes->top + (passes->as_given ? options_.pattern.step_down : 0.0);
+    if (options_.blank && !floors_.empty()) top_ = std::max(top_, floors_.front());
     // In a hollow a step may reach past the axis feature, the surface does not.
-    if (field->deformation.s() < 0.0) top_ = std::min(top_, std::max(passes->top, field->index.top()));
+    if (field->deformation.s() < 0.0 && !options_.blank)
+      top_ = std::min(top_, std::max(passes->top, field->index.top()));
     warn_too_near(field->surface, passes->too_near, report_);
     warn_smoothed(passes->smoothed, report_);
     if (report_.slice_points == 0)
@@ -149,7 +155,7 @@ class Planner {
                   "containment");
     PlanReport elsewhere = report_;
     if (auto done =
-            report_refusals(field->surface, *passes, pass_options_, wanted_ == nullptr ? report_ : elsewhere);
+            report_refusals(field->surface, *passes, pass_options_, wants_all() ? report_ : elsewhere);
         !done)
       return done;
     return is_cut_down() ? keep_wanted(*field) : Result<void>{};
@@ -158,8 +164,12 @@ class Planner {
   /// At most so far apart passes are asked, mm; more where all of them is wanted.
   double spacing() const {
     const double of_faces = faces_ ? faces_->spacing() : std::numeric_limits<double>::infinity();
-    return wanted_ != nullptr ? std::min(of_faces, wanted_->spacing) : of_faces;
+    return has_places() ? std::min(of_faces, wanted_->spacing) : of_faces;
   }
+
+  bool has_places() const { return wanted_ != nullptr && wanted_->place; }
+  /// Is there nothing of the part that is not asked for?
+  bool wants_all() const { return !has_places() || wanted_->whole; }
 
   /// Passes that keep shank and holder off, and what is cut into where they only report.
   Result<void> heed_guards(std::shared_ptr<const ClField>& field, Result<Passes>& passes) {
@@ -178,7 +188,7 @@ class Planner {
   }
 
   /// Is what the pattern gives more than what is to be cut?
-  bool is_cut_down() const { return wanted_ != nullptr || faces_; }
+  bool is_cut_down() const { return has_places() || faces_; }
 
   /// Cuts the passes, which have been to what is wanted, and thins them once more.
   Result<void> keep_wanted(const ClField& field) {
@@ -187,16 +197,15 @@ class Planner {
       std::vector<Pass>& row = passes_[i];
       for (Pass& pass : row) pass = spaced(std::move(pass), field.deformation, spacing());
       if (faces_) row = keep_where(row, field.deformation, near, 0.0);
-      if (wanted_ != nullptr)
+      if (has_places())
         row = wanted_->bridge > 0.0
                   ? bridged(row)
                   : broken(keep_where(row, field.deformation, wanted_->place, wanted_->overlap));
       for (Pass& pass : row) pass = thinned(pass, thinning(), envelope_);
     });
     if (std::any_of(passes_.begin(), passes_.end(), [](const auto& row) { return !row.empty(); })) return {};
-    return fail(Code::kUnreachable, wanted_ != nullptr
-                                        ? "nothing that is wanted of this direction is in its reach"
-                                        : kNoFaceReached);
+    return fail(Code::kUnreachable,
+                !wants_all() ? "nothing that is wanted of this direction is in its reach" : kNoFaceReached);
   }
 
   /// The passes from a point before what is wanted to one behind it. A short way over what is not is quicker

@@ -13,12 +13,14 @@ namespace tiltfeed::pathgen {
 /// A part of what the tool can reach.
 struct WantedPart {
   /// True where the tool must cut. Also called on interpolated points, of which only `centre` is exact.
+  /// Empty: everywhere. From several threads.
   std::function<bool(const EnvelopePoint&)> place;
   /// May the tool cut straight from one point to the next of a pass? Empty: always. A pass is broken where
   /// not.
   std::function<bool(const EnvelopePoint&, const EnvelopePoint&)> straight{};
   /// The z' down to which a rapid may come over a place, from a z' and at least a z'. Empty: any.
   std::function<double(const Deformation& field, Point<Flat> place, double from, double to)> free_from{};
+  bool whole = false;    ///< what is left out has nothing to cut: all of the part counts in the report
   double bridge = 0.0;   ///< a pass goes on over what is not wanted, if that is shorter, mm
   double spacing = 0.0;  ///< a pass is asked at places at most this far apart, mm
   double overlap = 0.0;  ///< it is cut this much beyond along the pass, mm

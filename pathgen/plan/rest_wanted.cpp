@@ -28,14 +28,6 @@ constexpr double kNearRest = 0.5;
 constexpr double kRestFacing = 0.2588190451025208, kWallFacing = 1e-3;
 /// Of a cube's index.
 constexpr std::int64_t kIndexBits = 21;
-/// Places round the cutter, and rings of them, at which stock is looked for.
-constexpr int kRound = 12, kRings = 3;
-/// Of the cutter's radius: how far the places of the box are apart of which is known whether they are stock.
-constexpr double kGridShare = 0.25;
-constexpr double kMostPlaces = 4e6;
-/// Of the cutter's radius: steps in which a way down is looked at.
-constexpr double kDownStep = 0.25;
-constexpr double kRubbing = 2.0;  ///< tolerances: so much of a touch is none
 
 std::shared_ptr<const PlanOptions> bare_options(const PlanOptions& options) {
   auto bare = std::make_shared<PlanOptions>(options);
@@ -75,7 +67,10 @@ class LeftBy {
 }  // namespace
 
 RestWanted::RestWanted(const CheckedMesh& part, const PlanOptions& options)
-    : part_(part), options_(options), piece_(tool_pieces(*bare_options(options)).front()) {}
+    : part_(part),
+      options_(options),
+      piece_(tool_pieces(*bare_options(options)).front()),
+      stock_(part, options) {}
 
 Result<RestWanted> RestWanted::find(const CheckedMesh& part, const PlanOptions& options,
                                     const ReportShare& report) {
@@ -94,7 +89,6 @@ Result<void> RestWanted::look(const ReportShare& report) {
   double smallest = piece_.outer;
   for (const auto& cut : options_.earlier) {
     before.push_back(std::make_unique<const LeftBy>(*cut));
-    cleared_.emplace_back(*cut);
     smallest = std::min(smallest, before.back()->farthest());
   }
   if (options_.rest_more_than >= smallest)
@@ -134,7 +128,7 @@ Result<void> RestWanted::look(const ReportShare& report) {
     cells_[key(index(p.x), index(p.y), index(p.z))].push_back({p, left[i]});
   }
   const bool rough = options_.pattern.kind == PatternKind::kRough;
-  if (rough) fill_grid();
+  if (rough) stock_.lay_grid();
   if (before_.area == 0.0 && !rough)
     return fail(Code::kUnreachable, "nowhere do the operations before leave more than rest.more_than_mm, " +
                                         number_text(options_.rest_more_than) +
@@ -151,31 +145,9 @@ std::uint64_t RestWanted::key(std::int64_t x, std::int64_t y, std::int64_t z) co
   return (part(x) << (2 * kIndexBits)) | (part(y) << kIndexBits) | part(z);
 }
 
-/// Is the cutter in stock anywhere from its end up to `height` over it?
-template <class IsStock>
-bool RestWanted::in_stock(Point<Part> reference, Vec3 axis, double height, IsStock is_stock) const {
-  const Vec3 any = std::abs(axis.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
-  const Vec3 u = normalized(cross(axis, any)), v = cross(axis, u);
-  const Point<Part> ring = reference + axis * piece_.above_reference;
-  for (int level = 0; level < (height > 0.0 ? 3 : 1); ++level)
-    for (int r = kRings; r >= 0; --r) {
-      const double d = (piece_.flat + piece_.corner) * r / kRings;
-      // The border of the piece's lower side there.
-      const double beyond = std::max(0.0, d - piece_.flat);
-      const double low = -std::sqrt(std::max(0.0, piece_.corner * piece_.corner - beyond * beyond));
-      const double h = low + height * level / 2.0;
-      for (int k = 0; k < (r == 0 ? 1 : kRound); ++k) {
-        const double turn = 2.0 * kPi * k / kRound;
-        if (is_stock(ring + axis * h + u * (d * std::cos(turn)) + v * (d * std::sin(turn)))) return true;
-      }
-    }
-  return false;
-}
-
 bool RestWanted::wants(Point<Part> reference, Vec3 axis) const {
   if (options_.pattern.kind == PatternKind::kRough)
-    return in_stock(reference, axis, options_.pattern.step_down,
-                    [&](Point<Part> p) { return is_stock_about(p); });
+    return stock_.meets(reference, axis, options_.pattern.step_down);
   const double gain = kGain * options_.rest_more_than,
                near = std::max(options_.rest_more_than, kNearRest * piece_.outer);
   const Point<Part> ring = reference + axis * piece_.above_reference;
@@ -192,64 +164,6 @@ bool RestWanted::wants(Point<Part> reference, Vec3 axis) const {
         }
       }
   return false;
-}
-
-/// Stock before this operation: in the part's box, and no operation has been there.
-bool RestWanted::is_stock(Point<Part> p) const {
-  const double margin = 0.5 * options_.links.approach;
-  const Box& box = part_.bounds;
-  for (const auto& [v, low, high] :
-       {std::array{p.x, box.min.x, box.max.x}, std::array{p.y, box.min.y, box.max.y},
-        std::array{p.z, box.min.z, box.max.z}})
-    if (v < low - margin || v > high + margin) return false;
-  const double slack = kRubbing * options_.tolerance;
-  return std::none_of(cleared_.begin(), cleared_.end(),
-                      [&](const ClearedSpace& space) { return space.holds(p, slack); });
-}
-
-/// Places of the box a share of the cutter's radius apart: what of them is stock.
-void RestWanted::fill_grid() {
-  const Vec3 size = part_.bounds.max - part_.bounds.min;
-  grid_step_ = std::max(kGridShare * piece_.outer, std::cbrt(size.x * size.y * size.z / kMostPlaces));
-  const auto along = [&](double length) {
-    return static_cast<std::size_t>(std::ceil(length / grid_step_)) + 1;
-  };
-  grid_size_ = {along(size.x), along(size.y), along(size.z)};
-  const std::size_t nx = grid_size_[0], ny = grid_size_[1], nz = grid_size_[2];
-  grid_.assign(nx * ny * nz, 0);
-  tbb::parallel_for(std::size_t{0}, nx * ny, [&](std::size_t column) {
-    const double x = static_cast<double>(column % nx), y = static_cast<double>(column / nx);
-    for (std::size_t k = 0; k < nz; ++k)
-      grid_[column * nz + k] =
-          is_stock(part_.bounds.min + Vec3{x, y, static_cast<double>(k)} * grid_step_) ? 1 : 0;
-  });
-}
-
-/// Is the place of the grid next to it stock?
-bool RestWanted::is_stock_about(Point<Part> p) const {
-  const Vec3 at = (p - part_.bounds.min) / grid_step_;
-  const std::array<double, 3> near{std::round(at.x), std::round(at.y), std::round(at.z)};
-  for (std::size_t i = 0; i < 3; ++i)
-    if (near[i] < 0.0 || near[i] >= static_cast<double>(grid_size_[i])) return false;
-  const auto x = static_cast<std::size_t>(near[0]), y = static_cast<std::size_t>(near[1]),
-             z = static_cast<std::size_t>(near[2]);
-  return grid_[(y * grid_size_[0] + x) * grid_size_[2] + z] != 0;
-}
-
-bool RestWanted::knows_stock() const {
-  return options_.earlier.front()->options.pattern.kind == PatternKind::kRough;
-}
-
-double RestWanted::free_from(const Deformation& field, Point<Flat> place, double from, double to) const {
-  const AxisLine line = field.axis_line(place.x, place.y);
-  const double step = kDownStep * piece_.outer;
-  const auto exactly = [&](Point<Part> p) { return is_stock(p); };
-  double free = from;
-  for (double z = from - step; z > to; z -= step) {
-    if (in_stock(line.base + line.axis * z, line.axis, 0.0, exactly)) return free;
-    free = z;
-  }
-  return in_stock(line.base + line.axis * to, line.axis, 0.0, exactly) ? free : to;
 }
 
 }  // namespace tiltfeed::pathgen

@@ -2,7 +2,6 @@
 // Rest machining: where the operations before leave too much on the part, and which poses take it. (U6) in
 // pathgen/plan/README.md.
 
-#include <array>
 #include <cstdint>
 #include <unordered_map>
 #include <vector>
@@ -11,7 +10,7 @@
 #include "pathgen/mesh/mesh_check.h"
 #include "pathgen/options/plan_options.h"
 #include "pathgen/options/plan_report.h"
-#include "pathgen/plan/cleared_space.h"
+#include "pathgen/plan/stock_before.h"
 #include "pathgen/progress/watch.h"
 
 namespace tiltfeed::pathgen {
@@ -29,11 +28,8 @@ class RestWanted {
   /// of it; or (roughing) the cutter is in stock.
   bool wants(Point<Part> reference, Vec3 axis) const;
 
-  /// Was a roughing pattern the first?
-  bool knows_stock() const;
-  /// The z' of `field` over (x', y') down from `from` to which the cutter comes free of stock, at least
-  /// `to`. The stock is the part's box. Requires: knows_stock().
-  double free_from(const Deformation& field, Point<Flat> place, double from, double to) const;
+  /// What stands there.
+  const StockBefore& stock() const { return stock_; }
 
   /// What was found.
   const RestBefore& before() const { return before_; }
@@ -48,23 +44,15 @@ class RestWanted {
   RestWanted(const CheckedMesh& part, const PlanOptions& options);
   Result<void> look(const ReportShare& report);
   double left_at(Point<Part> place, Vec3 normal, double area);
-  bool is_stock(Point<Part> place) const;
-  template <class IsStock>
-  bool in_stock(Point<Part> reference, Vec3 axis, double height, IsStock is_stock) const;
-  void fill_grid();
-  bool is_stock_about(Point<Part> place) const;
   std::uint64_t key(std::int64_t x, std::int64_t y, std::int64_t z) const;
   std::int64_t index(double v) const;
 
   const CheckedMesh& part_;
   const PlanOptions& options_;
   ToolPiece piece_;  ///< of this operation, as it is
-  std::vector<ClearedSpace> cleared_;
+  StockBefore stock_;
   double cell_ = 0.0, reach_ = 0.0;
   RestBefore before_;
-  std::vector<std::uint8_t> grid_;  ///< for roughing: is that place of the part's box stock? x, y, then z
-  std::array<std::size_t, 3> grid_size_{};
-  double grid_step_ = 0.0;
   std::unordered_map<std::uint64_t, std::vector<Cell>> cells_;  ///< by cubes of the reach
 };
 

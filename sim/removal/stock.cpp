@@ -151,7 +151,7 @@ Result<void> prepare(Filling& f, const config::Job& job) {
     if (auto closed = must_be_closed(f.part, "the part"); !closed) return closed;
     f.offset.emplace(f.part.mesh, f.shape.margin);
   } else if (f.shape.kind == StockKind::kFile) {
-    auto shell = read_shell(f.shape.path, job.stl_unit_mm);
+    auto shell = read_shell(f.shape.path, f.shape.unit_mm > 0.0 ? f.shape.unit_mm : job.stl_unit_mm);
     if (!shell) return tl::unexpected(shell.error());
     if (auto closed = must_be_closed(*shell, "the stock " + f.shape.path); !closed) return closed;
     f.shell = std::move(*shell);
@@ -228,6 +228,12 @@ Result<StockShape> parse_stock(const std::string& text) {
 }
 
 StockShape default_stock(const config::Job& job) {
+  if (job.blank && job.operation.number == 1) {
+    const config::Blank& blank = *job.blank;
+    if (blank.shape == config::BlankShape::kFile) return {StockKind::kFile, 0.0, blank.path, blank.unit_mm};
+    const bool box = blank.shape == config::BlankShape::kBox;
+    return {box ? StockKind::kBox : StockKind::kCylinder, blank.margin, {}};
+  }
   if (job.plan.pattern.kind == pathgen::PatternKind::kRough) return {StockKind::kBox, 0.0, {}};
   return {StockKind::kOffset, 0.5 * job.plan.links.approach, {}};
 }

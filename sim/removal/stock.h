@@ -23,13 +23,15 @@ struct StockShape {
   StockKind kind = StockKind::kOffset;
   double margin = 0.0;  ///< mm
   std::string path;
+  double unit_mm = 0.0;  ///< of the file; 0: the part's
 };
 
 /// "offset:MM", "box", "box:MM", "cylinder", "cylinder:MM", or the path of an STL file.
 /// Errors: kUsage.
 Result<StockShape> parse_stock(const std::string& text);
-/// What a job without --stock is taken to be cut from: the part with half the length that the job approaches
-/// at plunge feed, so that its rapids may end where they do; for a roughing pattern the part's box.
+/// What a job is cut from without --stock: its blank. Where it states none, and of a later operation, the
+/// part with half the length that the job approaches at plunge feed, so that its rapids may end where they
+/// do; for a roughing pattern the part's box.
 StockShape default_stock(const config::Job& job);
 std::string to_string(const StockShape& shape);
 /// The distance of its lines where nobody states one, mm: a tenth of the cutter, more for a large part.

@@ -53,7 +53,8 @@ int report(const Error& error) {
 }
 
 /// Why the stock is what nobody said that it is.
-std::string stock_from(const RemovalOptions& options) {
+std::string stock_from(const config::Job& job, const RemovalOptions& options) {
+  if (job.blank && job.operation.number == 1) return ", the job's blank";
   return options.stock_known
              ? ", taken from the job's approach_mm and pattern; --stock says another"
              : ", taken as the part is open: what touches it is not judged; --stock gives one";
@@ -270,7 +271,7 @@ Result<void> Verification::verify(std::size_t operation) {
                                header,
                                moves_of(options_).kind,
                                operation > 0            ? ", less what the operations before have cut"
-                               : options_.stock.empty() ? stock_from(removal_)
+                               : options_.stock.empty() ? stock_from(job, removal_)
                                                         : ""};
   const std::string out = out_of(options_.out, job.operation);
   if (!out.empty() && !is_page(out))

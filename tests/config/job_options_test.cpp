@@ -106,6 +106,26 @@ TEST(JobOptions, ReadsFacesThatAloneAreMachined) {
     EXPECT_FALSE(with(wrong)) << wrong;
 }
 
+TEST(JobOptions, ReadsTheBlank) {
+  const auto with = [](const std::string& blank) {
+    return parse_job(kGoodJob + "blank: {" + blank + "}\n", kJobPath);
+  };
+  EXPECT_FALSE(with_options().blank);
+  const auto box = with("shape: box"), bar = with("shape: cylinder, margin_mm: 2.5"),
+             file = with("shape: file, file: raw.stl, unit: inch");
+  ASSERT_TRUE(box && bar && file);
+  EXPECT_EQ(box->blank->shape, BlankShape::kBox);
+  EXPECT_EQ(box->blank->margin, 0.0);
+  EXPECT_EQ(bar->blank->shape, BlankShape::kCylinder);
+  EXPECT_EQ(bar->blank->margin, 2.5);
+  EXPECT_EQ(file->blank->path, kJobFolder + "raw.stl");
+  EXPECT_EQ(file->blank->unit_mm, 25.4);
+  EXPECT_NE(describe(*bar).find("blank.shape: cylinder\nblank.margin_mm: 2.5\n"), std::string::npos);
+  for (const char* wrong : {"margin_mm: 1", "shape: ball", "shape: file", "shape: box, file: raw.stl",
+                            "shape: file, file: raw.stl, margin_mm: 1", "shape: box, margin_mm: -1"})
+    EXPECT_FALSE(with(wrong)) << wrong;
+}
+
 TEST(JobOptions, ReadsContainmentInTheModesOwnCoordinates) {
   const Containment point = with_options().plan.containment;
   EXPECT_EQ(point.first.low, -kPi);  // to the last digit: the seam belongs to it

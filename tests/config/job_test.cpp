@@ -228,6 +228,7 @@ TEST(Job, DescribesEveryValue) {
            "cutter.shank_length_mm: 30\n",
            "cutter.holder: none\n",
            "containment: none\n",
+           "blank: none\n",
            "guards.shank.reaction: trim\n",
            "axis.mode: circle\n",
            "axis.sense: inward\n",

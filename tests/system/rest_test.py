@@ -11,7 +11,7 @@ import sys
 
 from service_run import Run, ROOT
 
-STOCK = ("--stock", "cylinder", "--bundles", "3", "--resolution", "0.4")
+LINES = ("--bundles", "3", "--resolution", "0.4")
 SAME_VOLUME = 0.02  # of the part: skins stay that are thinner than what may stay, and what the second rough takes less than a step of
 
 
@@ -22,7 +22,7 @@ def program(run, *words, tool="tiltfeed"):
 
 
 def verified(run, job, nc):
-    status, out, said = run.call("verify", job, nc, "--json", *STOCK)
+    status, out, said = run.call("verify", job, nc, "--json", *LINES)
     run.want(status in (0, 1, 3) and out, f"verify: {said}")
     return json.loads(out)["operations"]
 

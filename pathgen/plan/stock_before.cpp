@@ -1,0 +1,128 @@
+#include "pathgen/plan/stock_before.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "kinematics/basics/units.h"
+#include "pathgen/tool/blank_solid.h"
+#include "pathgen/tool/tool_pieces.h"
+
+namespace tiltfeed::pathgen {
+
+namespace {
+
+/// Places round the cutter, and rings of them, at which stock is looked for.
+constexpr int kRound = 12, kRings = 3;
+/// Of the cutter's radius: how far the places of the box are apart of which is known whether they are stock.
+constexpr double kGridShare = 0.25;
+constexpr double kMostPlaces = 4e6;
+/// Of the cutter's radius: steps in which a way down is looked at.
+constexpr double kDownStep = 0.25;
+constexpr double kRubbing = 2.0;  ///< tolerances: so much of a touch is none
+
+/// The cutting part without what it is to leave.
+ToolPiece cutter_itself(PlanOptions options) {
+  options.allowance = options.radial_stock = options.axial_stock = 0.0;
+  return tool_pieces(options).front();
+}
+
+}  // namespace
+
+StockBefore::StockBefore(const CheckedMesh& part, const PlanOptions& options)
+    : options_(options),
+      box_(options.blank ? options.blank->bounds() : part.bounds),
+      piece_(cutter_itself(options)) {
+  for (const auto& cut : options.earlier) cleared_.emplace_back(*cut);
+}
+
+bool StockBefore::known() const {
+  return options_.blank != nullptr ||
+         (!options_.earlier.empty() && options_.earlier.front()->options.pattern.kind == PatternKind::kRough);
+}
+
+/// Is the cutter in stock anywhere from its end up to `height` over it?
+template <class IsStock>
+bool StockBefore::in_stock(Point<Part> reference, Vec3 axis, double height, IsStock is_stock) const {
+  const Vec3 any = std::abs(axis.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+  const Vec3 u = normalized(cross(axis, any)), v = cross(axis, u);
+  const Point<Part> ring = reference + axis * piece_.above_reference;
+  for (int level = 0; level < (height > 0.0 ? 3 : 1); ++level)
+    for (int r = kRings; r >= 0; --r) {
+      const double d = (piece_.flat + piece_.corner) * r / kRings;
+      // The border of the piece's lower side there.
+      const double beyond = std::max(0.0, d - piece_.flat);
+      const double low = -std::sqrt(std::max(0.0, piece_.corner * piece_.corner - beyond * beyond));
+      const double h = low + height * level / 2.0;
+      for (int k = 0; k < (r == 0 ? 1 : kRound); ++k) {
+        const double turn = 2.0 * kPi * k / kRound;
+        if (is_stock(ring + axis * h + u * (d * std::cos(turn)) + v * (d * std::sin(turn)))) return true;
+      }
+    }
+  return false;
+}
+
+/// In the blank or near to it, and no operation has been there.
+bool StockBefore::is_stock(Point<Part> p, Hints& hints) const {
+  const double margin = 0.5 * options_.links.approach;
+  for (const auto& [v, low, high] :
+       {std::array{p.x, box_.min.x, box_.max.x}, std::array{p.y, box_.min.y, box_.max.y},
+        std::array{p.z, box_.min.z, box_.max.z}})
+    if (v < low - margin || v > high + margin) return false;
+  if (options_.blank && !options_.blank->holds(p, margin)) return false;
+  const double slack = kRubbing * options_.tolerance;
+  hints.resize(cleared_.size(), nullptr);
+  for (std::size_t i = 0; i < cleared_.size(); ++i)
+    if (cleared_[i].holds(p, slack, hints[i])) return false;
+  return true;
+}
+
+/// Places of the box a share of the cutter's radius apart: what of them is stock.
+void StockBefore::lay_grid() {
+  const Vec3 size = box_.max - box_.min;
+  grid_step_ = std::max(kGridShare * piece_.outer, std::cbrt(size.x * size.y * size.z / kMostPlaces));
+  const auto along = [&](double length) {
+    return static_cast<std::size_t>(std::ceil(length / grid_step_)) + 1;
+  };
+  grid_size_ = {along(size.x), along(size.y), along(size.z)};
+  const std::size_t nx = grid_size_[0], ny = grid_size_[1], nz = grid_size_[2];
+  grid_.assign(nx * ny * nz, 0);
+  tbb::parallel_for(std::size_t{0}, nx * ny, [&](std::size_t column) {
+    const double x = static_cast<double>(column % nx), y = static_cast<double>(column / nx);
+    Hints hints;
+    for (std::size_t k = 0; k < nz; ++k)
+      grid_[column * nz + k] =
+          is_stock(box_.min + Vec3{x, y, static_cast<double>(k)} * grid_step_, hints) ? 1 : 0;
+  });
+}
+
+/// Is the place of the grid next to it stock?
+bool StockBefore::is_stock_about(Point<Part> p) const {
+  const Vec3 at = (p - box_.min) / grid_step_;
+  const std::array<double, 3> near{std::round(at.x), std::round(at.y), std::round(at.z)};
+  for (std::size_t i = 0; i < 3; ++i)
+    if (near[i] < 0.0 || near[i] >= static_cast<double>(grid_size_[i])) return false;
+  const auto x = static_cast<std::size_t>(near[0]), y = static_cast<std::size_t>(near[1]),
+             z = static_cast<std::size_t>(near[2]);
+  return grid_[(y * grid_size_[0] + x) * grid_size_[2] + z] != 0;
+}
+
+bool StockBefore::meets(Point<Part> reference, Vec3 axis, double height) const {
+  return in_stock(reference, axis, height, [&](Point<Part> p) { return is_stock_about(p); });
+}
+
+double StockBefore::free_from(const Deformation& field, Point<Flat> place, double from, double to) const {
+  const AxisLine line = field.axis_line(place.x, place.y);
+  const double step = kDownStep * piece_.outer;
+  Hints hints;
+  const auto exactly = [&](Point<Part> p) { return is_stock(p, hints); };
+  double free = from;
+  for (double z = from - step; z > to; z -= step) {
+    if (in_stock(line.base + line.axis * z, line.axis, 0.0, exactly)) return free;
+    free = z;
+  }
+  return in_stock(line.base + line.axis * to, line.axis, 0.0, exactly) ? free : to;
+}
+
+}  // namespace tiltfeed::pathgen

@@ -1,0 +1,51 @@
+#pragma once
+// The stock that an operation finds: the blank, or the part's box where nobody says what that is, without
+// what the operations before have cleared. (U6) in pathgen/plan/README.md.
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "pathgen/axis/deformation.h"
+#include "pathgen/mesh/mesh.h"
+#include "pathgen/options/plan_options.h"
+#include "pathgen/plan/cleared_space.h"
+
+namespace tiltfeed::pathgen {
+
+class StockBefore {
+ public:
+  /// Both must outlive it.
+  StockBefore(const CheckedMesh& part, const PlanOptions& options);
+
+  /// Does the job say what it is cut from, or was a roughing pattern the first? Else what stands is not
+  /// known.
+  bool known() const;
+  /// Asks all over the stock, a quarter of the cutter's radius apart, so that meets() knows.
+  void lay_grid();
+  /// Is the cutter in stock anywhere from its end up to `height` (mm) over it, its CL reference and unit axis
+  /// as given? By the places of the grid nearest to some on its lower side. Requires: lay_grid(). Any thread
+  /// may ask.
+  bool meets(Point<Part> reference, Vec3 axis, double height) const;
+  /// The z' of `field` over (x', y') down from `from` to which the cutter comes free of stock by half of the
+  /// approach, at least `to`. Any thread may ask.
+  double free_from(const Deformation& field, Point<Flat> place, double from, double to) const;
+
+ private:
+  /// Of each operation before, what cleared a place nearby.
+  using Hints = std::vector<const ClearedSpace::Way*>;
+  bool is_stock(Point<Part> place, Hints& hints) const;
+  bool is_stock_about(Point<Part> place) const;
+  template <class IsStock>
+  bool in_stock(Point<Part> reference, Vec3 axis, double height, IsStock is_stock) const;
+
+  const PlanOptions& options_;
+  Box box_;          ///< of the stock
+  ToolPiece piece_;  ///< of this operation, as it is
+  std::vector<ClearedSpace> cleared_;
+  std::vector<std::uint8_t> grid_;  ///< is that place of the box stock? x, y, then z
+  std::array<std::size_t, 3> grid_size_{};
+  double grid_step_ = 0.0;
+};
+
+}  // namespace tiltfeed::pathgen

@@ -1,0 +1,170 @@
+// Roughing from a blank that the job states, by dots of stock that the moves cut in their order.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <random>
+#include <vector>
+
+#include "pathgen/plan/plan.h"
+#include "pathgen/tool/blank_solid.h"
+
+namespace tiltfeed {
+using namespace pathgen;
+namespace {
+
+constexpr double kRadius = 4.0, kShank = 60.0, kStepDown = 2.0, kAllowance = 0.3;
+
+PlanOptions roughing(AxisMode mode) {
+  PlanOptions o;
+  o.axis.mode = mode;
+  o.cutter.type = CutterType::kBall, o.cutter.diameter = 2.0 * kRadius;
+  o.cutter.cutting_length = o.cutter.shank_length = kShank, o.cutter.length = 80.0;
+  o.pattern.kind = PatternKind::kRough;
+  o.pattern.side_step = 2.0, o.pattern.step_down = kStepDown;
+  o.tolerance = 0.02, o.allowance = kAllowance;
+  o.links.clearance = 4.0, o.links.approach = 1.0;
+  o.cut_feed = Feed::from_mm_per_min(2000.0), o.plunge_feed = Feed::from_mm_per_min(400.0);
+  return o;
+}
+
+double distance_to(const Box& box, Point<Part> p) {
+  return distance(p, {std::clamp(p.x, box.min.x, box.max.x), std::clamp(p.y, box.min.y, box.max.y),
+                      std::clamp(p.z, box.min.z, box.max.z)});
+}
+
+struct RoughRun {
+  double rapid = 0.0;     ///< deepest of a dot in a rapid, mm
+  double highest = -1e9;  ///< of the tip on a cut, z or from the line
+  std::size_t in_air = 0, cuts = 0;
+  std::vector<Point<Part>> left;
+};
+
+/// Dots at random in the blank; those that a cut comes over are gone.
+RoughRun run(const std::vector<Move>& moves, const BlankSolid& blank, const Box& part, bool line) {
+  std::mt19937 random(11);
+  const Box& b = blank.bounds();
+  const auto draw = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  RoughRun all;
+  while (all.left.size() < 1500) {
+    const Point<Part> p{draw(b.min.x, b.max.x), draw(b.min.y, b.max.y), draw(b.min.z, b.max.z)};
+    if (blank.holds(p, 0.0) && distance_to(part, p) > 0.0) all.left.push_back(p);
+  }
+  for (std::size_t i = 1; i < moves.size(); ++i) {
+    const Pose &from = moves[i - 1].pose, &to = moves[i].pose;
+    const double steps = std::max(1.0, std::ceil(distance(from.tip, to.tip)));
+    const bool rapid = moves[i].kind == MoveKind::kRapid, cut = moves[i].kind == MoveKind::kCut;
+    bool any = false;
+    for (double k = 1.0; k <= steps; ++k) {
+      const Vec3 axis = slerp(from.axis, to.axis, k / steps);
+      const Point<Part> tip = lerp(from.tip, to.tip, k / steps), centre = tip + axis * kRadius;
+      const auto depth = [&](Point<Part> p) {
+        return kRadius - distance_to_segment(p, centre, centre + axis * kShank);
+      };
+      if (cut) all.highest = std::max(all.highest, line ? std::hypot(tip.y, tip.z) : tip.z);
+      if (rapid) {
+        for (const Point<Part>& p : all.left) all.rapid = std::max(all.rapid, depth(p));
+        continue;
+      }
+      any |= std::erase_if(all.left, [&](Point<Part> p) { return depth(p) >= 0.0; }) > 0;
+    }
+    if (cut) ++all.cuts, all.in_air += any ? 0 : 1;
+  }
+  return all;
+}
+
+struct Case {
+  const char* name;
+  AxisMode mode;
+  Box part;
+  BlankSolid blank;
+};
+
+std::vector<Case> cases() {
+  const Box block{{-10, -8, 0}, {10, 8, 12}}, bar{{-15, -5, -5}, {15, 5, 5}};
+  return {{"box", AxisMode::kFixed, block, BlankSolid::box({{-16, -14, -4}, {16, 14, 19}})},
+          {"cylinder", AxisMode::kFixed, block, BlankSolid::bar({0, 0, -2}, {0, 0, 1}, 18.0, 18.0)},
+          {"file", AxisMode::kFixed, block,
+           BlankSolid::closed(BlankSolid::box({{-13, -12, -4}, {18, 11, 16}}).mesh())},
+          {"about a line", AxisMode::kLine, bar, BlankSolid::bar({-18, 0, 0}, {1, 0, 0}, 12.0, 36.0)}};
+}
+
+TEST(RoughBlank, AllThatLiesInReachIsCutAndNoRapidMeetsStock) {
+  for (const Case& one : cases()) {
+    SCOPED_TRACE(one.name);
+    const bool line = one.mode == AxisMode::kLine;
+    CheckedMesh part;
+    part.mesh = BlankSolid::box(one.part).mesh(), part.bounds = one.part;
+    PlanOptions o = roughing(one.mode);
+    o.blank = std::make_shared<const BlankSolid>(one.blank), o.from_blank = true;
+    const Result<Plan> planned = plan(part, o, {});
+    ASSERT_TRUE(planned) << planned.error().message;
+    const RoughRun found = run(planned->path.moves, one.blank, one.part, line);
+    EXPECT_LT(found.rapid, 0.05);
+    // No layer is over the blank.
+    const double top = line ? 12.0 : one.blank.bounds().max.z;
+    EXPECT_LT(found.highest, top);
+    EXPECT_GT(found.highest, top - kStepDown - 0.1);
+    // A layer leaves a step down over the part, rows a ridge, most of it beside the wall. Under the part's
+    // lowest place no layer goes.
+    for (const Point<Part>& p : found.left) {
+      const bool under = line ? std::hypot(p.y, p.z) < 7.5 : p.z < 2.5;
+      if (!under) {
+        EXPECT_LT(distance_to(one.part, p), kAllowance + kStepDown + 0.4) << p.x << ' ' << p.y << ' ' << p.z;
+      }
+    }
+  }
+}
+
+TEST(RoughBlank, TheFirstOperationComesDownToItWhateverItsPattern) {
+  const Case one = cases().front();
+  CheckedMesh part;
+  part.mesh = BlankSolid::box(one.part).mesh(), part.bounds = one.part;
+  PlanOptions o = roughing(one.mode);
+  o.pattern = {}, o.pattern.side_step = 1.0;
+  o.blank = std::make_shared<const BlankSolid>(one.blank);
+  for (const bool first : {true, false}) {
+    o.from_blank = first;
+    const Result<Plan> planned = plan(part, o, {});
+    ASSERT_TRUE(planned) << planned.error().message;
+    const double deep = run(planned->path.moves, one.blank, one.part, false).rapid;
+    if (first) {
+      EXPECT_LT(deep, 0.05);
+    } else {
+      EXPECT_GT(deep, 1.0) << "nothing to come down into";
+    }
+  }
+}
+
+TEST(BlankSolid, HoldsWhatIsInIt) {
+  std::mt19937 random(3);
+  const auto draw = [&](double reach) {
+    return std::uniform_real_distribution<double>(-reach, reach)(random);
+  };
+  const Vec3 axis = normalized(Vec3{1, 2, -1});
+  const Point<Part> base{1, -2, 3};
+  const BlankSolid bar = BlankSolid::bar(base, axis, 6.0, 15.0),
+                   box = BlankSolid::box({{-4, -3, -2}, {5, 6, 7}});
+  const BlankSolid bar_mesh = BlankSolid::closed(bar.mesh()), box_mesh = BlankSolid::closed(box.mesh());
+  std::size_t inside = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const Point<Part> p{draw(20), draw(20), draw(20)};
+    const double h = dot(p - base, axis), d = length(p - base - axis * h);
+    const double off_bar = std::max({-h, h - 15.0, d - 6.0}),
+                 off_box = distance_to({{-4, -3, -2}, {5, 6, 7}}, p);
+    if (std::abs(off_bar) > 2.0 * BlankSolid::kStandOut) {
+      EXPECT_EQ(bar.holds(p, 0.0), off_bar < 0.0);
+      EXPECT_EQ(bar_mesh.holds(p, 0.0), off_bar < 0.0);
+    }
+    EXPECT_EQ(box.holds(p, 0.0), off_box == 0.0);
+    inside += off_bar < 0.0;
+  }
+  EXPECT_GT(inside, 50u);
+}
+
+}  // namespace
+}  // namespace tiltfeed
