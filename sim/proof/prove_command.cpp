@@ -22,6 +22,7 @@
 #include "sim/basics/text.h"
 #include "sim/picture/picture.h"
 #include "sim/proof/program_proof.h"
+#include "sim/proof/stock_rapids.h"
 
 namespace tiltfeed::sim {
 namespace {
@@ -66,6 +67,19 @@ std::string gouge_text(const ProvenGouge& g, const std::string& words, const std
       remedy(words).c_str());
 }
 
+std::string stock_text(const RapidInStock& found, const std::string& words, const std::string& name,
+                       const config::Job& job) {
+  const Trouble& t = found.worst;
+  return text(
+      "%s:%u: rapid in the stock: %s %.4f mm deep in what is left there, in the move \"%.72s\", block %llu, "
+      "tip at (%.3f, %.3f, %.3f); the program starts from %s%s; use a larger clearance_mm or approach_mm, or "
+      "a rough first that comes there",
+      name.c_str(), t.line, kToolPartNames[static_cast<int>(t.tool)], t.depth, words.c_str(),
+      static_cast<unsigned long long>(t.block), t.place.x, t.place.y, t.place.z,
+      to_string(found.stock).c_str(),
+      job.blank ? ", the job's blank" : ", as the job states no blank (section blank)");
+}
+
 /// The facets that come within `near` of p.
 pathgen::Mesh around(const pathgen::Mesh& part, Point<Part> p, double near) {
   pathgen::Mesh mesh;
@@ -85,8 +99,9 @@ pathgen::Mesh around(const pathgen::Mesh& part, Point<Part> p, double near) {
   return mesh;
 }
 
-// Of the proof, what is done when the part is checked, and when it can be asked for distances.
-constexpr double kChecked = 0.1, kReady = 0.2;
+// Of the proof, what is done when the part is checked, when it can be asked for distances, and when all moves
+// are held against it.
+constexpr double kChecked = 0.1, kReady = 0.2, kHeld = 0.8;
 
 /// The gouge with the part and the moves about it.
 Result<void> draw(std::istream& in, const std::string& name, std::span<const config::Job> operations,
@@ -164,16 +179,25 @@ int prove_command(const ProveOptions& options) {
                           ? options.threads
                           : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   const auto proven = prove_program(in, name, *jobs, held, threads,
-                                    [&](double share) { return show(kReady + (1.0 - kReady) * share); });
+                                    [&](double share) { return show(kReady + (kHeld - kReady) * share); });
   if (!proven) return report(proven.error());
   const auto& gouge = proven->proof.deepest;
   if (options.told && (gouge || !proven->collisions.places.empty())) tell_places(*proven);
   if (!gouge && !proven->collisions.places.empty())
     return report({Code::kInput, checks[proven->colliding].text(proven->collisions, name)});
   if (!gouge) {
+    const auto first = parts.of(jobs->front());
+    if (!first) return report(first.error());
+    const auto rapid = find_rapid_in_stock(options.program, *jobs, **first, threads,
+                                           [&](double share) { return show(kHeld + (1.0 - kHeld) * share); });
+    if (!rapid && rapid.error().code == Code::kCancelled) return report(rapid.error());
+    if (rapid && *rapid)
+      return report(
+          {Code::kInput, stock_text(**rapid, words_at(in, (*rapid)->worst.line), name, jobs->front())});
     std::printf("proven %llu moves, largest gouge %.4f mm\n",
                 static_cast<unsigned long long>(proven->proof.moves), proven->proof.gouge);
     std::printf("%s\n", checks.front().scope().c_str());
+    if (!rapid) std::printf("rapids are not held against the stock: %s\n", rapid.error().message.c_str());
     return kDone;
   }
   const config::Job& gouging = (*jobs)[proven->gouging];

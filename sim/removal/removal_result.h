@@ -97,6 +97,7 @@ struct RemovalOptions {
   int threads = 2;           ///< the result is the same for any number
   bool stock_known = true;   ///< what touches an unknown stock is no trouble
   double rest_limit = -1.0;  ///< find_rest() with it, mm; below 0: not
+  bool stock_alone = false;  ///< what the moves do to the part is not looked at
 };
 
 }  // namespace tiltfeed::sim

@@ -46,7 +46,8 @@ Stand::Stand(const config::Job& job, const ExecutedPath& path, const Stock& stoc
       least_(solid_.narrowest()),
       cell_(stock.cell),
       feed_(std::max({job.feeds.highest.mm_per_min(), job.plan.cut_feed.mm_per_min(),
-                      job.plan.plunge_feed.mm_per_min()})) {}
+                      job.plan.plunge_feed.mm_per_min()})),
+      stock_alone_(options.stock_alone) {}
 
 /// In how many parts of the turn no piece of the tool is off by more than what the upper end may be.
 double Stand::turn_pieces(const Pose& from, const Pose& to) const {
@@ -80,6 +81,7 @@ void Stand::add_steps(std::size_t move, const Pose& from, std::vector<SweptStep>
 }
 
 std::optional<MoveHit> Stand::starts_inside() const {
+  if (stock_alone_) return std::nullopt;
   const Pose start = chain_(path_.start);
   const Point<Part> centre = start.tip + start.axis * sweep_.core_low();
   if (probes_.surface().winding_number(centre) <= kInside) return std::nullopt;
@@ -163,7 +165,7 @@ void Stand::sweep_moves(std::size_t begin, std::size_t end, Swept& out) const {
     add_steps(m, last, steps);
     last = steps.back().to;
   }
-  const Contacts contacts = contact_.meet(steps);
+  const Contacts contacts = stock_alone_ ? Contacts{} : contact_.meet(steps);
   const auto hit = [&](const Overlap& o) {
     return MoveHit{path_.moves[o.move].rapid ? TroubleKind::kRapidPart : TroubleKind::kGouge,
                    o.tool,

@@ -70,6 +70,7 @@ class Stand {
   Occupied occupied_;
   double tolerance_, top_, least_, cell_;
   double feed_;  ///< the largest of the job, mm/min
+  bool stock_alone_;
 };
 
 /// What happens when.
