@@ -89,8 +89,14 @@ class OperationPlan {
   std::optional<std::size_t> limited_link() const { return limited_; }
 
   const config::Job& job() const { return job_; }
+  const pathgen::PlanReport& report() const { return planned_.report; }
   const pathgen::CheckedMesh& part() const { return *part_; }
   const pathgen::PlanReport& plan_report() const { return planned_.report; }
+  /// What was found of what the operations before leave, where all is cut nevertheless.
+  void found_before(pathgen::RestBefore before) {
+    before.all_cut = true;
+    planned_.report.rest = before;
+  }
   void warn(const std::string& text) { planned_.report.warnings.push_back(text); }
   const SingularityBendReport& bend() const { return *bend_; }
   const JointPath& joints() const { return joints_; }

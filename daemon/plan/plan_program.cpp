@@ -59,6 +59,7 @@ class Planning {
   }
   Result<void> plan_paths();
   Result<void> plan_path(OperationPlan& one, bool rest);
+  Result<void> keep_rest_quick(std::unique_ptr<OperationPlan>& one, bool rest);
   Result<void> shorten_operations();
   Result<void> program();
   Result<void> open_program();
@@ -152,6 +153,32 @@ Result<void> Planning::plan_path(OperationPlan& one, bool rest) {
   return {};
 }
 
+/// Where ways between what is left take the machine longer than the air would, all of the passes are cut.
+Result<void> Planning::keep_rest_quick(std::unique_ptr<OperationPlan>& one, bool rest) {
+  const std::optional<pathgen::RestBefore> before = one->report().rest;
+  const pathgen::PatternKind kind = one->job().plan.pattern.kind;
+  if (!before || before->whole == 0.0 || kind == pathgen::PatternKind::kRough) return {};
+  // Limits and collisions are told later, of the plan that is taken.
+  if (!one->find_joints()) return {};
+  const double seconds = one->timing().seconds;
+  if (seconds * one->job().plan.cut_feed.mm_per_min() <= 60.0 * before->whole) return {};
+  const auto part = part_of(one->job());
+  if (!part) return tl::unexpected(part.error());
+  config::Job job = one->job();
+  job.plan.rest_everywhere = true;
+  auto all = std::make_unique<OperationPlan>(std::move(job), clock_, told_);
+  all->follow(cuts_);
+  const auto planned = all->plan_path(*part, model_of(one->job()), rest);
+  if (!planned && planned.error().code == Code::kCancelled) return planned;
+  if (!planned || !all->find_joints() || all->timing().seconds >= seconds) return {};
+  all->found_before(*before);
+  all->warn("rest.more_than_mm: the passes over what is left would take the machine " +
+            decimal(seconds / 60.0, 1) + " min, with all the ways between them; the whole passes take " +
+            decimal(all->timing().seconds / 60.0, 1) + " min, and are taken");
+  one = std::move(all);
+  return {};
+}
+
 Result<void> Planning::plan_paths() {
   std::optional<std::string> odd_unit;
   for (const auto& one : before_) {
@@ -159,7 +186,7 @@ Result<void> Planning::plan_paths() {
     if (auto planned = plan_path(*one, false); !planned) return planned;
     cuts_.push_back(one->as_earlier_cut());
   }
-  for (const auto& one : operations_) {
+  for (auto& one : operations_) {
     auto part = part_of(one->job());
     if (!part) return tl::unexpected(part.error());
     if (one == operations_.front()) {
@@ -173,8 +200,9 @@ Result<void> Planning::plan_paths() {
     }
     const std::string& name = one->job().operation.name;
     if (!name.empty()) told_.say("operation " + name);
-    if (auto planned = plan_path(*one, !files_.report.empty() || files_.shortest_time); !planned)
-      return planned;
+    const bool rest = !files_.report.empty() || files_.shortest_time;
+    if (auto planned = plan_path(*one, rest); !planned) return planned;
+    if (auto kept = keep_rest_quick(one, rest); !kept) return kept;
     if (leaves_to_others()) cuts_.push_back(one->as_earlier_cut());
   }
   if (odd_unit) operations_.front()->warn(*odd_unit);

@@ -170,7 +170,8 @@ void add_findings(nlohmann::ordered_json& json, const OperationPlan& one) {
   if (plan.rest)
     json["rest"] = {{"more_than_mm", plan.rest->more_than},
                     {"area_before_mm2", plan.rest->area},
-                    {"most_left_before_mm", plan.rest->most}};
+                    {"most_left_before_mm", plan.rest->most},
+                    {"all_cut", plan.rest->all_cut}};
   if (plan.uncut) json["uncut"] = uncut_json(*plan.uncut);
   if (plan.between) json["between_passes"] = between_json(*plan.between);
   if (one.job().plan.fixtures) json["fixtures"] = fixtures_json(plan.fixtures);

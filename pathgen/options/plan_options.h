@@ -156,6 +156,7 @@ struct PlanOptions {
   LinkingOptions links;
   /// Only where the operations before leave more than this on the part, mm; 0: everywhere.
   double rest_more_than = 0.0;
+  bool rest_everywhere = false;  ///< all passes are cut all the same, not looking where that is
   std::vector<std::shared_ptr<const EarlierCut>> earlier;  ///< those operations, in their order
   /// What the job is cut from; null: nobody says. Rapids across the part go over it.
   std::shared_ptr<const BlankSolid> blank;

@@ -87,6 +87,8 @@ struct RestBefore {
   double more_than = 0.0;  ///< PlanOptions::rest_more_than, mm
   double area = 0.0;       ///< on which more is left, mm^2
   double most = 0.0;       ///< mm; no more than the smallest radius of the cutters is told
+  double whole = 0.0;      ///< length of the passes before all else was left out, mm; 0: not known
+  bool all_cut = false;    ///< nothing was left out, as PlanOptions::rest_everywhere asks
 };
 
 struct PlanReport {
@@ -97,6 +99,7 @@ struct PlanReport {
   std::uint64_t retracts = 0;                   ///< to the clearance surface, the last one included
   std::uint64_t joins = 0;                      ///< passes begun from the one before, on the surface
   double cut_length = 0.0, rapid_length = 0.0;  ///< of the tip, mm
+  double pattern_length = 0.0;                  ///< of the passes before places were left out, mm
   std::optional<FreeReport> free;               ///< with the axis free
   std::optional<IndexedReport> indexed;         ///< with fixed directions
   std::optional<LeanReport> lean;               ///< where a guard lets the tool lean and something comes near

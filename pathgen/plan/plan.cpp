@@ -33,12 +33,22 @@ decltype(WantedPart::free_from) above(const StockBefore& stock) {
   };
 }
 
+/// All of the passes, with rapids that know what the operations before leave.
+Result<Plan> plan_everywhere(const CheckedMesh& part, const PlanOptions& options, const Progress& progress) {
+  const StockBefore stock(part, options);
+  const WantedPart wanted{.place = {}, .free_from = above(stock)};
+  Result<Plan> planned = plan_where(part, options, &wanted, progress);
+  if (planned) planned->report.rest = RestBefore{.more_than = options.rest_more_than, .all_cut = true};
+  return planned;
+}
+
 /// Only where more than is wanted is left.
 Result<Plan> plan_rest(const CheckedMesh& part, const PlanOptions& options, const Progress& progress) {
   if (options.axis.mode == AxisMode::kFree)
     return fail(Code::kInput, "rest.more_than_mm is not made in the axis mode free; use another axis.mode");
   if (options.axis.mode == AxisMode::kIndexed) return plan_indexed(part, options, progress);
   if (auto ok = check_options(options); !ok) return tl::unexpected(ok.error());
+  if (options.rest_everywhere) return plan_everywhere(part, options, progress);
   std::vector<StageTime> times;
   Stages stages(progress, times);
   if (!stages.begin("rest")) return cancelled();
@@ -55,6 +65,7 @@ Result<Plan> plan_rest(const CheckedMesh& part, const PlanOptions& options, cons
   Result<Plan> planned = plan_where(part, options, &wanted, progress);
   if (!planned) return planned;
   planned->report.rest = rest->before();
+  planned->report.rest->whole = planned->report.pattern_length;
   planned->report.times.insert(planned->report.times.begin(), times.begin(), times.end());
   return planned;
 }

@@ -192,6 +192,10 @@ class Planner {
 
   /// Cuts the passes, which have been to what is wanted, and thins them once more.
   Result<void> keep_wanted(const ClField& field) {
+    for (const std::vector<Pass>& row : passes_)
+      for (const Pass& pass : row)
+        for (std::size_t i = 1; i < pass.size(); ++i)
+          report_.pattern_length += distance(pass[i - 1].centre, pass[i].centre);
     const auto near = [this](const EnvelopePoint& p) { return faces_->near(p.centre, p.axis); };
     tbb::parallel_for(std::size_t{0}, passes_.size(), [&](std::size_t i) {
       std::vector<Pass>& row = passes_[i];

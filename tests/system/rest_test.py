@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Rest machining all the way: planned, proven, and cut from the stock by `verify`, with and without `rest`. What is left in the end
-is the same but for thin skins, no rapid goes through stock, and the second rough needs less time.
+is the same but for thin skins, no rapid goes through stock, the second rough needs less time, and no rest more. The blank is the job's.
 
 rest_test.py BIN_FOLDER WORK_FOLDER
 """
@@ -65,6 +65,17 @@ def main():
     # Between the wings the second rough is quicker. Rows of the finer ball meet a foot of a wing every few mm: there rest saves nothing.
     some, whole = left[1]["machining_seconds"], left_without[1]["machining_seconds"]
     run.want(some < 0.85 * whole, f"{left[1]['operation']}: {some} s, and without rest {whole} s")
+    # There all of the passes are cut, which `plan` says; the finer ball needs no longer than without rest.
+    run.want([one["all_cut"] for one in found if one] == [False, True], f"rest: {found}")
+    some, whole = left[3]["machining_seconds"], left_without[3]["machining_seconds"]
+    run.want(some < 1.01 * whole, f"{left[3]['operation']}: {some} s, and without rest {whole} s")
+    warnings = with_rest["operations"][3]["warnings"]
+    run.want(any("the whole passes take" in one for one in warnings), f"{warnings}")
+    # All start from the bar that the job states. A bar that is larger than stated, or nothing stated: rapids run into it.
+    run.want(all(one["stock"].startswith("cylinder:1") for one in (left[0], left_without[0])), f"{left[0]['stock']}")
+    run.write("box.yaml", re.sub(r"\nblank: .*", "", text))
+    status, _, said = run.call("plan", "box.yaml", "--operation", "rough", "--out", "box.nc")
+    run.want(status == 1 and re.search(r"box.nc:\d+: rapid in the stock: cutter \d+\.\d+ mm deep", said), f"status {status}: {said}")
     # Alone an operation is the same: those before it are planned for what they leave.
     program(run, "plan", "with.yaml", "--operation", "rest", "--out", "alone.nc")
     moves = [line for line in run.text("alone.nc").splitlines() if re.match(r"(G0 |G1 )?[XYZAC]-?\d|G1 ", line)]
