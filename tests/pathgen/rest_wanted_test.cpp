@@ -95,6 +95,62 @@ TEST(RestWanted, CutsAllThatIsLeftThereAndNothingFarFromIt) {
   }
 }
 
+/// In fixed directions, after a ball that has cut with its axis along z, and after an indexed operation.
+TEST(RestWanted, IndexedCutsWhatIsLeftAndNothingFarFromIt) {
+  const double half = 45.0 / 180.0 * kPi, r = 6.0, small = 2.0, more_than = 0.1;
+  const CheckedMesh part = valley_block(half);
+  const auto indexed = [&](double diameter, double step) {
+    PlanOptions o = rest_options({}, diameter, step);
+    o.axis.mode = AxisMode::kIndexed;
+    // Within the valley: else bottom and sides are left, too.
+    o.containment.first = {-10.0, 10.0}, o.containment.height.low = 0.5;
+    return o;
+  };
+  PlanOptions o = indexed(2.0 * small, 0.5);
+  const auto all = plan(part, o, {});
+  ASSERT_TRUE(all) << all.error().message;
+  o.rest_more_than = more_than;
+  for (const PlanOptions& before : {rest_options({}, 2.0 * r, 1.0), indexed(2.0 * r, 1.0)}) {
+    SCOPED_TRACE(static_cast<int>(before.axis.mode));
+    o.earlier = {cut_before(part, before)};
+    const auto planned = plan(part, o, {});
+    ASSERT_TRUE(planned) << planned.error().message;
+    ASSERT_TRUE(planned->report.rest);
+    EXPECT_LT(planned->report.cut_length, 0.6 * all->report.cut_length);
+    const auto least = [&](const std::vector<Move>& moves, double radius, Point<Part> place) {
+      double left = 1e9;
+      for (std::size_t i = 1; i < moves.size(); ++i) {
+        if (moves[i].kind != MoveKind::kCut) continue;
+        const auto centre = [&](std::size_t k) { return moves[k].pose.tip + moves[k].pose.axis * radius; };
+        left = std::min(left, distance_to_segment(place, centre(i - 1), centre(i)) - radius);
+      }
+      return left;
+    };
+    // On both walls, along the middle of the block.
+    double farthest = 0.0;
+    for (double s = small / std::tan(half) + 0.02; s < 12.0; s += 0.61)
+      for (const double side : {-1.0, 1.0})
+        for (const double y : {-9.0, 0.3, 7.1}) {
+          const Point<Part> place{side * s * std::sin(half), y, s * std::cos(half)};
+          const double left = least(o.earlier.front()->moves, r, place);
+          const double now = std::min(left, least(planned->path.moves, small, place));
+          if (left > more_than) {
+            EXPECT_LT(now, 0.05 + o.tolerance) << s << ' ' << y;
+          }
+        }
+    // No pose is far from where more than that is left, by search over the walls.
+    for (const Move& m : planned->path.moves) {
+      if (m.kind != MoveKind::kCut) continue;
+      const Point<Part> c = m.pose.tip + m.pose.axis * small;
+      if (std::abs(c.y) > kHalfLength - 2.0) continue;
+      const double s = std::abs(c.x) * std::sin(half) + c.z * std::cos(half);
+      if (s < 12.0) farthest = std::max(farthest, s);  // further up the block's side is left
+    }
+    const double wide = r / std::tan(half) - std::sqrt(more_than * (2.0 * r + more_than));
+    EXPECT_LT(farthest, wide + 2.5);
+  }
+}
+
 TEST(RestWanted, SaysWhatCannotBe) {
   const CheckedMesh part = valley_block(kPi / 4.0);
   PlanOptions o = rest_options({}, 2.0, 0.3);
