@@ -31,7 +31,8 @@ inline constexpr Words<pathgen::Direction> kDirectionWords = {{"one_way", pathge
                                                               {"zigzag", pathgen::Direction::kZigzag}};
 inline constexpr Words<pathgen::StepMeasure> kMeasureWords = {{"flat", pathgen::StepMeasure::kFlat},
                                                               {"surface", pathgen::StepMeasure::kSurface},
-                                                              {"scallop", pathgen::StepMeasure::kScallop}};
+                                                              {"scallop", pathgen::StepMeasure::kScallop},
+                                                              {"ridge", pathgen::StepMeasure::kRidge}};
 /// Values of Pattern::climb.
 inline constexpr Words<bool> kMillingWords = {{"climb", true}, {"conventional", false}};
 inline constexpr Words<pathgen::Reaction> kReactionWords = {{"trim", pathgen::Reaction::kTrim},

@@ -67,7 +67,7 @@ void describe_pattern(Description& out, const pathgen::Pattern& pattern, pathgen
     const bool row = key == "along" || key == "angle_deg";
     return uses_key(pattern.kind, key) && !(mode == pathgen::AxisMode::kFree && row);
   };
-  const bool scallop = pattern.measure == pathgen::StepMeasure::kScallop;
+  const bool scallop = pattern.scallop > 0.0;
   out.add("pattern.kind", word(kKindWords, pattern.kind));
   if (uses("along")) out.add("pattern.along", word(kAlongWords, pattern.along));
   if (uses("angle_deg")) out.add("pattern.angle_deg", pattern.angle);

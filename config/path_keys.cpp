@@ -126,7 +126,9 @@ void read_guards(const Section& root, pathgen::PlanOptions& plan) {
 double near_passes(const pathgen::PlanOptions& plan) {
   const pathgen::Pattern& pattern = plan.pattern;
   if (pattern.kind == pathgen::PatternKind::kRough) return 0.0;
-  const double steps = plan.axis.mode == pathgen::AxisMode::kIndexed ? 4.0 : 2.0;
+  const bool wide =
+      plan.axis.mode == pathgen::AxisMode::kIndexed || pattern.measure == pathgen::StepMeasure::kRidge;
+  const double steps = wide ? 4.0 : 2.0;
   return std::min(steps * asked_step(plan), kLinkLength.max);
 }
 

@@ -53,13 +53,33 @@ void refuse_unused(const Section& pattern, pathgen::PatternKind kind) {
   }
 }
 
+/// The scallop may not be as high as the cutter's rounding.
+void check_scallop(const Section& section, const pathgen::Cutter& cutter, double scallop) {
+  const double radius = smallest_radius(cutter);
+  if (scallop >= radius)
+    section.complain("scallop_mm", exact_text(scallop) + " mm is not below the cutter's smallest radius, " +
+                                       exact_text(radius) + " mm");
+}
+
+/// Rows by the ridges of those side_step_mm apart.
+void read_ridge(const Section& section, const pathgen::Cutter& cutter, pathgen::Pattern& pattern) {
+  if (pattern.kind != pathgen::PatternKind::kRaster)
+    section.complain("measure", "ridge is for the kind raster; expected flat, surface or scallop");
+  pattern.side_step = section.number("side_step_mm", kStep);
+  const auto most = section.optional_number("scallop_mm", kScallop);
+  if (!most) return;
+  pattern.scallop = *most;
+  check_scallop(section, cutter, pattern.scallop);
+}
+
 /// How far passes are apart.
 void read_step(const Section& section, const pathgen::Cutter& cutter, pathgen::Pattern& pattern) {
   pattern.measure = section.choice<pathgen::StepMeasure>("measure", kMeasureWords, pattern.measure);
+  if (pattern.measure == pathgen::StepMeasure::kRidge) return read_ridge(section, cutter, pattern);
   if (pattern.measure != pathgen::StepMeasure::kScallop) {
     pattern.side_step = section.number("side_step_mm", kStep);
     section.unused("scallop_mm", "with measure " + std::string(word(kMeasureWords, pattern.measure)) +
-                                     ", only with scallop");
+                                     ", only with scallop and ridge");
     return;
   }
   if (pattern.kind == pathgen::PatternKind::kRough) {
@@ -67,11 +87,7 @@ void read_step(const Section& section, const pathgen::Cutter& cutter, pathgen::P
     return;
   }
   pattern.scallop = section.number("scallop_mm", kScallop);
-  const double radius = smallest_radius(cutter);
-  if (pattern.scallop >= radius)
-    section.complain("scallop_mm", exact_text(pattern.scallop) +
-                                       " mm is not below the cutter's smallest radius, " +
-                                       exact_text(radius) + " mm");
+  check_scallop(section, cutter, pattern.scallop);
   if (const auto most = section.optional_number("side_step_mm", kStep)) pattern.side_step = *most;
 }
 

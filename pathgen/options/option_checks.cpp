@@ -26,6 +26,20 @@ Result<void> check_options(const PlanOptions& o) {
     return fail(Code::kInput,
                 "pattern.measure scallop needs a rounded cutter: a flat end leaves steps, not scallops; use "
                 "measure surface");
+  if (o.pattern.measure == StepMeasure::kRidge) {
+    if (o.pattern.kind != PatternKind::kRaster || o.axis.mode == AxisMode::kFree)
+      return fail(Code::kInput,
+                  "pattern.measure ridge is for rows side by side: use kind raster and a predefined axis, or "
+                  "another measure");
+    if (o.cutter.type != CutterType::kBall || o.radial_stock > 0.0 || o.axial_stock > 0.0)
+      return fail(Code::kInput,
+                  "pattern.measure ridge is for a cutter of the type ball, and without stock.radial_mm and "
+                  "stock.axial_mm; use another measure");
+    if (o.smoothing > 0.0)
+      return fail(Code::kInput,
+                  "pattern.measure ridge does not go with points.smoothing_mm, which leaves more in corners "
+                  "than rows do; use another measure");
+  }
   if (!positive(o.tolerance)) return fail(Code::kInput, "tolerance_mm must be a positive length");
   if (!positive(o.links.clearance)) return fail(Code::kInput, "clearance_mm must be a positive length");
   if (!(o.allowance >= 0.0)) return fail(Code::kInput, "allowance_mm must be zero or more");

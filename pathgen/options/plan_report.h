@@ -100,6 +100,7 @@ struct PlanReport {
   std::uint64_t joins = 0;                      ///< passes begun from the one before, on the surface
   double cut_length = 0.0, rapid_length = 0.0;  ///< of the tip, mm
   double pattern_length = 0.0;                  ///< of the passes before places were left out, mm
+  double ridge = 0.0;                           ///< with StepMeasure::kRidge what is allowed between rows, mm
   std::optional<FreeReport> free;               ///< with the axis free
   std::optional<IndexedReport> indexed;         ///< with fixed directions
   std::optional<LeanReport> lean;               ///< where a guard lets the tool lean and something comes near

@@ -10,6 +10,7 @@
 #include "pathgen/envelope/pass_trim.h"
 #include "pathgen/envelope/thinning.h"
 #include "pathgen/options/side_step.h"
+#include "pathgen/pattern/ridge_rows.h"
 #include "pathgen/pattern/row_layout.h"
 #include "pathgen/progress/stages.h"
 #include "pathgen/progress/watch.h"
@@ -21,6 +22,7 @@ void Passes::add(const Passes& other) {
   traced += other.traced, steep += other.steep;
   smoothed.add(other.smoothed);
   top = std::max(top, other.top);
+  ridge = std::max(ridge, other.ridge);
   too_near.insert(too_near.end(), other.too_near.begin(), other.too_near.end());
   refusals.add(other.refusals);
 }
@@ -33,6 +35,8 @@ void smooth(std::vector<Pass>& passes, double radius, const PointRules& rules, E
 
 namespace {
 
+/// With StepMeasure::kRidge, tracing is this share of the work.
+constexpr double kTraced = 0.4;
 /// Rows between two calls of the progress function.
 constexpr std::size_t kRowsPerReport = 64;
 /// Meetings of rows and cells, about, that are kept at a time: some 50 MB.
@@ -78,13 +82,14 @@ class RasterTracer {
 
   Result<Passes> run() {
     const Pattern& pattern = options_.pattern;
-    const bool flat = pattern.measure == StepMeasure::kFlat;
+    const bool flat = pattern.measure == StepMeasure::kFlat || pattern.measure == StepMeasure::kRidge;
     halvings_ = flat ? 0 : kMostHalvings;
     const auto raster = lay_rows(field_.index, rules_.region().within(field_.bounds), pattern,
                                  flat ? wished_ : kCoarse * wished_);
     if (!raster) return tl::unexpected(raster.error());
     raster_ = *raster;
     find_seams();
+    if (pattern.measure == StepMeasure::kRidge) return widest();
     std::vector<Task> tasks;
     for (double k = 0.0; k < raster_.count; ++k) add_pieces(k, raster_.row(k), tasks);
     if (!trace(tasks, 0)) return cancelled();
@@ -102,6 +107,37 @@ class RasterTracer {
   /// is still near enough; elsewhere rows are put in between.
   static constexpr double kCoarse = 2.0;
 
+  /// (R4) Of rows a share of the side step apart, those that are needed.
+  Result<Passes> widest() {
+    if (kRowsPerStep * raster_.count > kMaxRows || kRowsPerStep * raster_.crossings > kMaxCrossings)
+      return fail(Code::kLimit, "pattern.measure ridge traces " + std::to_string(kRowsPerStep) +
+                                    " rows a side step, which is more than memory is set aside for with a "
+                                    "pattern.side_step_mm of " +
+                                    std::to_string(options_.pattern.side_step) +
+                                    "; use a larger step, or measure flat");
+    std::vector<Task> tasks;
+    const double pitch = 1.0 / kRowsPerStep;
+    const std::size_t before = kRowsPerStep / 2 - 1;  // of the first stated row, half a step from the border
+    const auto count = static_cast<std::size_t>(raster_.count - 1.0) * kRowsPerStep + 2 * before + 1;
+    const auto number = [&](std::size_t k) {
+      return (static_cast<double>(k) - static_cast<double>(before)) * pitch;
+    };
+    for (std::size_t k = 0; k < count; ++k) {
+      rows_[number(k)];
+      add_pieces(number(k), raster_.row(number(k)), tasks);
+    }
+    share_ = kTraced;
+    if (!trace(tasks, 0)) return cancelled();
+    std::vector<std::vector<Pass>> rows;
+    for (auto& [row, passes] : rows_) rows.push_back(std::move(passes));
+    auto chosen = widest_rows(rows, before, field_, options_, raster_, part_of(progress_, kTraced, 1.0));
+    if (!chosen) return cancelled();
+    result_.ridge = chosen->allowed;
+    for (auto* part : {&chosen->main, &chosen->fill})
+      for (std::vector<Pass>& row : *part) result_.rows.push_back(std::move(row));
+    return std::move(result_);
+  }
+
   void add_pieces(double row, const FlatLine& line, std::vector<Task>& tasks) const {
     for (const FlatLine& piece : rules_.region().inside(line)) tasks.push_back({row, piece});
   }
@@ -112,8 +148,8 @@ class RasterTracer {
         [&] { return Envelope(field_.surface, field_.deformation, field_.index, envelope_); });
     const std::size_t together = rows_together(tasks.size());
     RowCandidates met;
-    const ReportShare report = part_of(progress_, static_cast<double>(depth) / (halvings_ + 1),
-                                       static_cast<double>(depth + 1) / (halvings_ + 1));
+    const ReportShare report =
+        part_of(progress_, share_ * depth / (halvings_ + 1), share_ * (depth + 1) / (halvings_ + 1));
     Watch watch(report, tasks.size());
     for (std::size_t from = 0; from < tasks.size(); from += kRowsPerReport) {
       const std::size_t to = std::min(from + kRowsPerReport, tasks.size());
@@ -283,6 +319,7 @@ class RasterTracer {
   PointRules rules_;
   double wished_;
   int halvings_ = 0;
+  double share_ = 1.0;  ///< of the work, tracing
   RowLayout raster_;
   bool round_across_ = false;  ///< row -0.5 is row count - 0.5
   double turn_along_ = 0.0;    ///< where the rows go all the way round: how far that is; else 0

@@ -24,6 +24,7 @@ struct Passes {
   bool as_given = false;    ///< rows are groups in the order to be cut, and no pass may be run backwards
   std::uint64_t steep = 0;  ///< points on walls too steep for the side step to be kept
   Smoothed smoothed;
+  double ridge = 0.0;          ///< with StepMeasure::kRidge what is allowed between rows, mm
   std::vector<double> floors;  ///< as Contours::floors; empty: no roughing
 
   /// Adds all of it but the rows.
@@ -43,9 +44,5 @@ inline constexpr int kMostHalvings = 7;
 /// leans at most kSteepestAcross across them. Errors: as lay_rows; kCancelled when `progress` returns false.
 Result<Passes> trace_raster(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope,
                             double thinning, const std::function<bool(double)>& progress);
-
-/// Cosine of 75 degrees: walls steeper than this across the passes keep the spacing of such a wall; they are
-/// better cut by z-level contours.
-inline constexpr double kSteepestAcross = 0.26;
 
 }  // namespace tiltfeed::pathgen

@@ -31,4 +31,8 @@ struct RowLayout {
 Result<RowLayout> lay_rows(const FlatIndex& index, const FlatBounds& bounds, const Pattern& pattern,
                            double side_step);
 
+/// Cosine of 75 degrees: walls steeper than this across the passes keep the spacing of such a wall; they are
+/// better cut by z-level contours.
+inline constexpr double kSteepestAcross = 0.26;
+
 }  // namespace tiltfeed::pathgen

@@ -129,7 +129,7 @@ class Planner {
     // Smoothing lifts passes; only as they were, they tell which of shank and holder may touch.
     const bool guarded = tool_pieces(pass_options_).size() > 1;
     other_warnings_ = report_.warnings.size();
-    auto passes = trace("passes", *field, guarded ? 0.0 : options_.smoothing);
+    auto passes = guarded ? trace_to_guard(*field) : trace("passes", *field, options_.smoothing);
     if (!passes) return tl::unexpected(passes.error());
     if (may_lean(options_)) cutter_field_ = field;
     if (guarded)
@@ -141,6 +141,7 @@ class Planner {
     as_given_ = passes->as_given;
     floors_ = std::move(passes->floors);
     report_.slice_points = passes->traced;
+    report_.ridge = passes->ridge;
     // The first level lies up to a step under the top of the surface.
     top_ = passes->top + (passes->as_given ? options_.pattern.step_down : 0.0);
     if (options_.blank && !floors_.empty()) top_ = std::max(top_, floors_.front());
@@ -171,12 +172,21 @@ class Planner {
   /// Is there nothing of the part that is not asked for?
   bool wants_all() const { return !has_places() || wanted_->whole; }
 
+  /// Passes over all that a pass may come to lie on.
+  Result<Passes> trace_to_guard(const ClField& field) {
+    if (pass_options_.pattern.measure != StepMeasure::kRidge) return trace("passes", field, 0.0);
+    PlanOptions evenly = pass_options_;
+    evenly.pattern.measure = StepMeasure::kFlat, evenly.pattern.scallop = 0.0;
+    return trace("passes", field, 0.0, evenly);
+  }
+
   /// Passes that keep shank and holder off, and what is cut into where they only report.
   Result<void> heed_guards(std::shared_ptr<const ClField>& field, Result<Passes>& passes) {
     if (!stages_.begin("guards")) return cancelled();
     auto guarded = holder_field(*field, pass_options_, *passes, false, share_);
     if (stages_.stopped()) return cancelled();
-    const bool again = guarded != nullptr || options_.smoothing > 0.0;
+    const bool again =
+        guarded != nullptr || options_.smoothing > 0.0 || options_.pattern.measure == StepMeasure::kRidge;
     if (guarded) field = std::move(guarded);
     if (again) passes = trace("shank and holder", *field, options_.smoothing);
     if (!passes) return tl::unexpected(passes.error());
@@ -261,10 +271,12 @@ class Planner {
   double thinning() const { return budget_.thinning() * (is_cut_down() ? 0.5 : 1.0); }
 
   Result<Passes> trace(const char* stage, const ClField& field, double smoothing) {
+    return trace(stage, field, smoothing, pass_options_);
+  }
+  Result<Passes> trace(const char* stage, const ClField& field, double smoothing, PlanOptions options) {
     if (!stages_.begin(stage)) return cancelled();
     EnvelopeOptions envelope = envelope_;
     envelope.max_distance = std::min(envelope.max_distance, spacing());
-    PlanOptions options = pass_options_;
     options.smoothing = smoothing;
     report_.warnings.resize(other_warnings_);  // those of passes that these replace
     return trace_pattern(

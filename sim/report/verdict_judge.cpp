@@ -14,8 +14,8 @@ namespace {
 /// What two neighbouring passes must leave between them on a plane, and for curvature and slopes twice that
 /// where the side step is measured on the part, four times where it is flat, mm.
 double scallop(const pathgen::PlanOptions& plan) {
-  if (plan.pattern.scallop > 0.0) return plan.pattern.scallop;
   const pathgen::Pattern& pattern = plan.pattern;
+  if (pattern.measure == pathgen::StepMeasure::kScallop) return pattern.scallop;
   if (!asks_all(plan)) return plan.cutter.radius();
   // Layers of roughing leave terraces.
   if (pattern.kind == pathgen::PatternKind::kRough) return pattern.step_down;

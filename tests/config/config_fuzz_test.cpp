@@ -115,7 +115,8 @@ void expect_pattern_in_range(const Pattern& pattern) {
   const bool steps_down = pattern.kind == kZLevel || pattern.kind == kSplit || pattern.kind == kRough;
   EXPECT_TRUE(pattern.side_step >= 0 && pattern.side_step <= 1000);
   EXPECT_EQ(pattern.side_step > 0 || pattern.scallop > 0, steps_aside);
-  EXPECT_EQ(pattern.scallop > 0, pattern.measure == StepMeasure::kScallop);
+  const bool may_limit = pattern.measure == StepMeasure::kRidge && pattern.scallop > 0;
+  EXPECT_EQ(pattern.scallop > 0, pattern.measure == StepMeasure::kScallop || may_limit);
   EXPECT_EQ(pattern.step_down > 0, steps_down);
   EXPECT_TRUE(pattern.split_slope.radians() > 0 && pattern.split_slope.radians() < kPi / 2);
 }

@@ -72,6 +72,21 @@ TEST(JobOptions, ReadsEveryOptionOfThePattern) {
   EXPECT_EQ(surface.scallop, 0.0);
 }
 
+TEST(JobOptions, ReadsRidge) {
+  const auto ridge = [](const std::string& keys) {
+    return parse_job(replaced(kGoodJob, "side_step_mm: 0.5", "side_step_mm: 0.5, measure: ridge" + keys),
+                     kJobPath);
+  };
+  const auto plain = ridge(""), limited = ridge(", scallop_mm: 0.02");
+  ASSERT_TRUE(plain && limited);
+  EXPECT_EQ(plain->plan.pattern.measure, StepMeasure::kRidge);
+  EXPECT_EQ(plain->plan.pattern.side_step, 0.5);
+  EXPECT_EQ(plain->plan.pattern.scallop, 0.0);
+  EXPECT_EQ(limited->plan.pattern.scallop, 0.02);
+  EXPECT_EQ(plain->plan.links.join_distance, 2.0);  // ends of rows twice as far apart
+  EXPECT_FALSE(ridge(", scallop_mm: 200"));
+}
+
 TEST(JobOptions, ReadsPencil) {
   const auto pencil = [](const std::string& keys) {
     return parse_job(replaced(kGoodJob, "along: y, direction: one_way, side_step_mm: 0.5", keys), kJobPath);

@@ -35,6 +35,7 @@ std::vector<Case> cases() {
   };
   add("scallop", {"passes"}).pattern.measure = StepMeasure::kScallop;
   all.back().options.pattern.scallop = 0.02;
+  add("ridge", {"passes"}).pattern.measure = StepMeasure::kRidge;
   for (const PatternKind kind : {PatternKind::kZLevel, PatternKind::kSplit, PatternKind::kRough}) {
     add("levels", {"passes"}).pattern.kind = kind;
     all.back().options.pattern.step_down = 0.5;

@@ -1,0 +1,323 @@
+#include "pathgen/pattern/ridge_rows.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "pathgen/envelope/pass_trim.h"
+#include "pathgen/options/side_step.h"
+#include "pathgen/pattern/row_choice.h"
+
+namespace tiltfeed::pathgen {
+
+namespace {
+
+constexpr double kNowhereNear = std::numeric_limits<double>::infinity();
+constexpr std::int32_t kRowsLookedAt = 40;  ///< rows on each side that are looked at
+
+struct Node {
+  double run = 0.0;  ///< along the rows
+  Point<Part> centre, contact;
+  float facing = 0.0f;  ///< 0: the ball does not touch there
+  bool begins = false;  ///< a pass
+};
+
+/// A row, by bins along it.
+struct RowTrack {
+  std::vector<Node> nodes;
+  std::int32_t first_bin = 0;
+  std::vector<std::uint32_t> from;  ///< the first node of each bin, and one more
+  std::uint32_t node_of(std::int32_t bin) const {
+    const std::int32_t i = std::clamp(bin - first_bin, 0, static_cast<std::int32_t>(from.size()) - 1);
+    return from[static_cast<std::size_t>(i)];
+  }
+};
+
+class Ridges {
+ public:
+  Ridges(const std::vector<std::vector<Pass>>& rows, std::size_t first_stated, const ClField& field,
+         const PlanOptions& options, const RowLayout& layout)
+      : rows_(rows),
+        stated_(static_cast<std::int32_t>(first_stated)),
+        field_(field),
+        options_(options),
+        layout_(layout),
+        rules_(options, field),
+        radius_(field.surface.pieces().front().corner),
+        bin_(std::min(layout.step, radius_ / 2.0)) {}
+
+  /// Nothing where it was stopped.
+  std::optional<RidgeRows> run(const ReportShare& report) {
+    Watch watch(report, 4 * rows_.size());
+    tracks_.resize(rows_.size());
+    each_row(watch, [&](std::size_t k) { tracks_[k] = track(rows_[k]); });
+    RidgeRows found;
+    found.allowed = allowed(watch);
+    std::vector<ChoosableRow> choosable(rows_.size());
+    each_row(watch, [&](std::size_t k) {
+      choosable[k] = choosable_row(static_cast<std::int32_t>(k), found.allowed);
+    });
+    const ChosenRows chosen = choose_rows(choosable, way_up(), bin_, [&] { return watch.next(); });
+    if (watch.stopped()) return std::nullopt;
+    found.main = cut(chosen.main), found.fill = cut(chosen.fill);
+    return found;
+  }
+
+ private:
+  template <class Visit>
+  void each_row(Watch& watch, const Visit& visit) const {
+    tbb::parallel_for(std::size_t{0}, rows_.size(), [&](std::size_t k) {
+      if (watch.next()) visit(k);
+    });
+  }
+
+  std::int32_t bin_of(double run) const { return static_cast<std::int32_t>(std::floor(run / bin_)); }
+
+  RowTrack track(const std::vector<Pass>& passes) const {
+    RowTrack t;
+    for (const Pass& pass : passes)
+      for (std::size_t i = 0; i < pass.size(); ++i) {
+        const EnvelopePoint& p = pass[i];
+        const ToolPiece& piece = rules_.touching(p);
+        // Where shank or holder raise the ball, rows go as near as they do along its lowest points.
+        const bool touches = piece.part == ToolPart::kCutter && !piece.at_fixtures;
+        const Vec3 to = touches ? p.normal : p.axis;
+        t.nodes.push_back({layout_.along(p.flat.x, p.flat.y), p.centre, p.centre - to * radius_,
+                           touches ? static_cast<float>(dot(p.normal, p.axis)) : 0.0f, i == 0});
+      }
+    if (t.nodes.empty()) return t;
+    t.first_bin = bin_of(t.nodes.front().run);
+    const std::int32_t last = bin_of(t.nodes.back().run);
+    t.from.resize(static_cast<std::size_t>(last - t.first_bin) + 2,
+                  static_cast<std::uint32_t>(t.nodes.size()));
+    for (std::size_t i = t.nodes.size(); i-- > 0;)
+      t.from[static_cast<std::size_t>(std::max(0, bin_of(t.nodes[i].run) - t.first_bin))] =
+          static_cast<std::uint32_t>(i);
+    for (std::size_t b = t.from.size() - 1; b-- > 0;) t.from[b] = std::min(t.from[b], t.from[b + 1]);
+    return t;
+  }
+
+  /// How far aside of its pass a row leaves a place near a run coordinate: the ridge is what a ball leaves so
+  /// far aside on a plane.
+  double aside(Point<Part> place, std::int32_t bin, std::int32_t row) const {
+    const RowTrack& t = tracks_[static_cast<std::size_t>(row)];
+    if (t.nodes.empty()) return kNowhereNear;
+    const std::uint32_t from = std::max(t.node_of(bin - 1), std::uint32_t{1}) - 1, to = t.node_of(bin + 2);
+    double least = kNowhereNear;
+    for (std::uint32_t i = from; i < to + 1 && i + 1 < t.nodes.size(); ++i) {
+      if (t.nodes[i + 1].begins) continue;
+      const Point<Part> a = t.nodes[i].centre;
+      const Vec3 ab = t.nodes[i + 1].centre - a, ap = place - a;
+      const double ll = squared_length(ab);
+      const double f = ll > 0.0 ? std::clamp(dot(ap, ab) / ll, 0.0, 1.0) : 0.0;
+      least = std::min(least, squared_length(ap - ab * f));
+    }
+    return std::sqrt(std::max(0.0, least - radius_ * radius_));
+  }
+  double left(double aside) const { return std::hypot(radius_, aside) - radius_; }
+
+  /// Calls visit(place, bin, facing) at most a bin apart along a row.
+  template <class Visit>
+  void each_place(std::int32_t row, const Visit& visit) const {
+    const std::vector<Node>& nodes = tracks_[static_cast<std::size_t>(row)].nodes;
+    double due = 0.0;
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      if (i == 0 || nodes[i].begins) {
+        due = 0.0;
+        continue;
+      }
+      const Node &a = nodes[i - 1], &b = nodes[i];
+      const double way = distance(a.contact, b.contact);
+      for (; due < way; due += bin_) {
+        const double f = due / way;
+        visit(lerp(a.contact, b.contact, f), bin_of(a.run + (b.run - a.run) * f),
+              static_cast<double>(std::min(a.facing, b.facing)));
+      }
+      due -= way;
+    }
+  }
+
+  /// How far aside of the raster's own rows the place at a row lies, of those up to that row and of those
+  /// beyond; infinite where none comes near.
+  struct Stated {
+    double up_to = kNowhereNear, beyond = kNowhereNear;
+    double least(double half = 0.0) const { return std::min(up_to + half, beyond - half); }
+  };
+  Stated aside_of_stated(Point<Part> place, std::int32_t bin, std::int32_t row) const {
+    Stated stated;
+    const std::int32_t below =
+        (row - stated_) - ((row - stated_) % kRowsPerStep + kRowsPerStep) % kRowsPerStep;
+    for (std::int32_t k = -1; k <= 2; ++k) {
+      const std::int32_t at = stated_ + below + k * kRowsPerStep;
+      if (at < 0 || at >= static_cast<std::int32_t>(rows_.size())) continue;
+      double& least = at <= row ? stated.up_to : stated.beyond;
+      least = std::min(least, aside(place, bin, at));
+    }
+    return stated;
+  }
+
+  /// The largest ridge between the raster's own rows, if that is no more than the job says.
+  double allowed(Watch& watch) const {
+    std::vector<double> found(rows_.size(), 0.0);
+    each_row(watch, [&](std::size_t k) {
+      each_place(static_cast<std::int32_t>(k), [&](Point<Part> place, std::int32_t bin, double facing) {
+        if (facing < kSteepestAcross) return;
+        const double here = aside_of_stated(place, bin, static_cast<std::int32_t>(k)).least();
+        if (here < kNowhereNear) found[k] = std::max(found[k], here);
+      });
+    });
+    double most = asked_most();
+    if (options_.pattern.scallop > 0.0) most = std::min(most, options_.pattern.scallop);
+    return std::min(most, left(*std::max_element(found.begin(), found.end())));
+  }
+  double asked_most() const {
+    const double radius = options_.cutter.radius(), half = std::min(options_.pattern.side_step / 2.0, radius);
+    return std::min(radius,
+                    4.0 * (radius - std::sqrt(radius * radius - half * half)) + options_.tolerance / 2.0);
+  }
+
+  ChoosableRow choosable_row(std::int32_t row, double allowed) const {
+    ChoosableRow r;
+    const RowTrack& t = tracks_[static_cast<std::size_t>(row)];
+    if (t.nodes.empty()) return r;
+    measure(t, r);
+    const double wide = std::sqrt((radius_ + allowed) * (radius_ + allowed) - radius_ * radius_);
+    const auto count = static_cast<std::int32_t>(rows_.size());
+    std::vector<double> below, beyond;  // how far aside of the rows before and after
+    each_place(row, [&](Point<Part> place, std::int32_t bin, double) {
+      const Stated stated = aside_of_stated(place, bin, row);
+      if (stated.least() == kNowhereNear) return;
+      const double to_next = row + 1 < count ? aside(place, bin, row + 1) : 0.0;
+      const double to_last = row > 0 ? aside(place, bin, row - 1) : 0.0;
+      // The place itself, and how much further along the surface there are others.
+      std::array<double, 3> shifts{};
+      std::size_t shifted = 1;
+      const auto look = [&](double shift) {
+        if (std::abs(shift) < kNowhereNear) shifts[shifted++] = shift;
+      };
+      if (row + 1 < count) look(0.5 * to_next);  // half way to the next row
+      if (row == 0) look(-to_next);              // the borders are one row further
+      if (row > 0 && row + 1 == count) look(to_last);
+      double farthest = 0.0;
+      for (std::size_t i = 0; i < shifted; ++i)
+        farthest = std::max(farthest, std::max(wide, stated.least(shifts[i])) + std::abs(shifts[i]));
+      below.clear(), beyond.clear();
+      for (std::int32_t k = row - 1; k >= std::max(0, row - kRowsLookedAt); --k)
+        if (below.push_back(aside(place, bin, k)); below.back() > farthest) break;
+      for (std::int32_t k = row + 1; k < std::min(count, row + kRowsLookedAt + 1); ++k)
+        if (beyond.push_back(aside(place, bin, k)); beyond.back() > farthest) break;
+      for (std::size_t i = 0; i < shifted; ++i) {
+        const double limit = std::max(wide, stated.least(shifts[i]));
+        if (std::abs(shifts[i]) > limit) continue;
+        RowNeed need{bin, row, row};
+        for (const double off : below) {
+          if (off + shifts[i] > limit) break;
+          --need.low;
+        }
+        for (const double off : beyond) {
+          if (off - shifts[i] > limit) break;
+          ++need.high;
+        }
+        add(need, r.needs);
+      }
+    });
+    return r;
+  }
+
+  /// Without those of the same bin that another holds already.
+  static void add(const RowNeed& need, std::vector<RowNeed>& needs) {
+    std::size_t first = needs.size();
+    while (first > 0 && needs[first - 1].bin == need.bin) --first;
+    const auto holds = [](const RowNeed& a, const RowNeed& b) { return a.low >= b.low && a.high <= b.high; };
+    for (std::size_t i = first; i < needs.size(); ++i)
+      if (holds(needs[i], need)) return;
+    needs.erase(std::remove_if(needs.begin() + static_cast<std::ptrdiff_t>(first), needs.end(),
+                               [&](const RowNeed& other) { return holds(need, other); }),
+                needs.end());
+    needs.push_back(need);
+  }
+
+  void measure(const RowTrack& t, ChoosableRow& r) const {
+    r.first_bin = t.first_bin;
+    r.way.assign(t.from.size() - 1, 0.0f);
+    for (std::size_t i = 0; i < t.nodes.size(); ++i) {
+      const std::int32_t bin = bin_of(t.nodes[i].run);
+      if (t.nodes[i].begins) {
+        r.passes.push_back({bin, bin});
+        continue;
+      }
+      r.passes.back().last = std::max(r.passes.back().last, bin);
+      const Node &a = t.nodes[i - 1], &b = t.nodes[i];
+      const std::int32_t first = bin_of(a.run);
+      const double way = distance(a.centre, b.centre);
+      for (std::int32_t k = first; k <= bin; ++k)
+        r.way[static_cast<std::size_t>(std::max(0, k - t.first_bin))] +=
+            static_cast<float>(way / (bin - first + 1));
+    }
+    for (std::size_t k = 1; k < r.way.size(); ++k) r.way[k] += r.way[k - 1];
+  }
+
+  /// A way up, over and down, as mm cut in that time.
+  double way_up() const {
+    const RapidRates::Axis& axis = options_.links.rapid.linear;
+    const auto rapid = [&](double way) {
+      if (way * axis.acceleration >= axis.velocity * axis.velocity)
+        return way / axis.velocity + axis.velocity / axis.acceleration;
+      return 2.0 * std::sqrt(way / axis.acceleration);
+    };
+    double top = -kNowhereNear, sum = 0.0, count = 0.0;
+    for (const auto& row : rows_)
+      for (const Pass& pass : row)
+        for (const EnvelopePoint& p : pass) top = std::max(top, p.flat.z), sum += p.flat.z, ++count;
+    const double up = options_.links.clearance + (count > 0.0 ? top - sum / count : 0.0);
+    const double seconds = 3.0 * rapid(up) + 1.5 * options_.links.approach / options_.plunge_feed.mm_per_s();
+    return seconds * options_.cut_feed.mm_per_s();
+  }
+
+  std::vector<std::vector<Pass>> cut(const std::vector<RowStretch>& stretches) const {
+    std::vector<std::vector<Pass>> passes;
+    std::int32_t last = -1;
+    for (std::size_t i = 0; i < stretches.size(); ++i) {
+      const RowStretch& s = stretches[i];
+      if (s.row != last) passes.emplace_back();
+      last = s.row;
+      const double from = (s.first - 2) * bin_, to = (s.last + 3) * bin_;
+      for (const Pass& pass : rows_[static_cast<std::size_t>(s.row)]) cut(pass, from, to, passes.back());
+    }
+    std::erase_if(passes, [](const auto& row) { return row.empty(); });
+    return passes;
+  }
+
+  void cut(const Pass& pass, double from, double to, std::vector<Pass>& pieces) const {
+    const auto run = [&](const EnvelopePoint& p) { return layout_.along(p.flat.x, p.flat.y); };
+    if (run(pass.back()) <= from || run(pass.front()) >= to) return;
+    if (run(pass.front()) >= from && run(pass.back()) <= to) return pieces.push_back(pass);
+    const std::vector<Pass> kept = keep_where(
+        {pass}, field_.deformation, [&](const EnvelopePoint& p) { return run(p) >= from && run(p) <= to; },
+        0.0);
+    pieces.insert(pieces.end(), kept.begin(), kept.end());
+  }
+
+  const std::vector<std::vector<Pass>>& rows_;
+  const std::int32_t stated_;
+  const ClField& field_;
+  const PlanOptions& options_;
+  const RowLayout& layout_;
+  const PointRules rules_;
+  const double radius_, bin_;
+  std::vector<RowTrack> tracks_;
+};
+
+}  // namespace
+
+std::optional<RidgeRows> widest_rows(const std::vector<std::vector<Pass>>& rows, std::size_t first_stated,
+                                     const ClField& field, const PlanOptions& options,
+                                     const RowLayout& layout, const ReportShare& report) {
+  return Ridges(rows, first_stated, field, options, layout).run(report);
+}
+
+}  // namespace tiltfeed::pathgen
