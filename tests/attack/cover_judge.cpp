@@ -50,8 +50,17 @@ double reach_of(const PlanOptions& o) {
     default:
       break;
   }
+  if (o.pattern.measure == StepMeasure::kRidge) return kMore * kRows * step;
   if (o.pattern.measure != StepMeasure::kFlat) return kMore * kMeasured * step;
   return o.pattern.angle.radians() == 0.0 && o.containment.boundary.empty() ? 0.0 : kMore * kRows * step;
+}
+
+/// What rows by their ridges may leave where evenly spaced ones leave less, mm: four times the ridge of those
+/// on a plane and half the tolerance; 0 for other rows.
+double ridge_of(const PlanOptions& o) {
+  if (o.pattern.measure != StepMeasure::kRidge) return 0.0;
+  const double r = o.cutter.radius(), half = std::min(o.pattern.side_step / 2.0, r);
+  return std::min(r, 4.0 * (r - std::sqrt(r * r - half * half)) + o.tolerance / 2.0);
 }
 
 }  // namespace
@@ -77,6 +86,7 @@ CoverJudge::CoverJudge(const PlanOptions& options, const CheckedMesh& part, cons
                        : options.cutter.radius() - nose_),
       laid_(options.axis, mean_rho()),
       reach_(reach_of(options)),
+      ridge_(ridge_of(options)),
       places_(pass_places(planned)) {}
 
 std::vector<double> CoverJudge::pass_places(const ToolPath& path) const {
@@ -291,7 +301,7 @@ double CoverJudge::must_leave_within(Point<Part> p, Point<Flat> flat) const {
 }
 
 double CoverJudge::must_leave(Point<Part> p, const Pose& seat) const {
-  if (reach_ > 0.0) return must_leave_within(p, laid_.flatten(reference(seat)));
+  if (reach_ > 0.0) return std::max(ridge_, must_leave_within(p, laid_.flatten(reference(seat))));
   const Point<Flat> flat = map_.flatten(reference(seat));
   const auto above = std::lower_bound(places_.begin(), places_.end(), across(flat));
   if (above == places_.begin() || above == places_.end()) return sim::kInfinity;

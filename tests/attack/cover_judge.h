@@ -7,7 +7,8 @@
 //   contour and spiral 0.65 side steps; rows at an angle 0.5; measured on the part 1, as the first rows are
 //   two apart; z_level and split 2 of the larger of side step and step down, and z_level only where the
 //   heights to two opposite sides differ by more than the step down, so that a level lies between.
-// Of a rough no bound is known.
+// Rows by their ridges may leave what rows at an angle may, or four times the ridge of a plane and half the
+// tolerance. Of a rough no bound is known.
 
 #include <vector>
 
@@ -65,6 +66,7 @@ class CoverJudge {
   double nose_, flat_radius_;
   Deformation laid_;  ///< flat space as passes are laid out in it; map_ has angles
   double reach_;      ///< mm of laid_; 0: passes are straight, and known one by one
+  double ridge_;      ///< mm; so much rows by their ridges may leave anywhere
   std::vector<double> places_;
 };
 

@@ -41,6 +41,7 @@ class Writer {
                           : AxisMode::kIndexed;
     diameter_ = part.size * dice.spread(0.012, 0.18);
     lean_dice_ = Dice(std::bit_cast<std::uint64_t>(diameter_));
+    ridge_dice_ = Dice(~std::bit_cast<std::uint64_t>(diameter_));
     tolerance_ = std::round(dice.spread(20, 500)) * 1e-4;
     tolerance_ = std::max(1e-4, std::min(tolerance_, std::floor(diameter_ * 0.05 * 1e4) * 1e-4));
     anchor_ = part.facets[dice.below(part.facets.size())][0];
@@ -57,9 +58,13 @@ class Writer {
     all += formatted("tolerance_mm: %.4f\n", tolerance_);
     if (dice_.chance(0.25)) all += formatted("allowance_mm: %.4f\n", diameter_ * dice_.spread(0.002, 0.3));
     has_stock_ = dice_.chance(0.15);
-    if (has_stock_)
-      all += formatted("stock: {radial_mm: %.4f, axial_mm: %.4f}\n", diameter_ * dice_.uniform(0.0, 0.1),
-                       diameter_ * dice_.uniform(0.0, 0.1));
+    if (has_stock_) {
+      const std::string stock =
+          formatted("stock: {radial_mm: %.4f, axial_mm: %.4f}\n", diameter_ * dice_.uniform(0.0, 0.1),
+                    diameter_ * dice_.uniform(0.0, 0.1));
+      if (!ridge_) all += stock;
+      has_stock_ = !ridge_;
+    }
     all += points();
     all += guards();
     all += ends();
@@ -103,6 +108,7 @@ class Writer {
                        part_.size * dice_.uniform(0.05, 0.5));
     }
     has_neck_ = has_neck;
+    is_ball_ = kind == "ball";
     ball_like_ = kind == "ball" || kind == "taper_ball";
     return t;
   }
@@ -177,6 +183,8 @@ class Writer {
     if (kind_ != "z_level" && !is_free()) {
       const double turn = dice_.unit();
       const char* measure = turn < 0.6 ? "flat" : turn < 0.8 || kind_ == "rough" ? "surface" : "scallop";
+      ridge_ = is_field() && kind_ == "raster" && is_ball_ && turn < 0.6 && ridge_dice_.chance(0.4);
+      if (ridge_) measure = "ridge";
       text += std::string("  measure: ") + measure + "\n";
       if (*measure == 's' && measure[1] == 'c')
         text += formatted("  scallop_mm: %.5f\n", diameter_ * dice_.spread(0.01, 0.045));
@@ -248,8 +256,10 @@ class Writer {
     if (dice_.chance(0.1))
       text += formatted("  max_distance_mm: %.4f\n", diameter_ * dice_.uniform(0.1, 1.0));
     if (dice_.chance(0.1)) text += formatted("  max_angle_deg: %.4f\n", dice_.uniform(0.5, 10.0));
-    if (is_field() && kind_ != "z_level" && kind_ != "rough" && dice_.chance(0.1))
-      text += formatted("  smoothing_mm: %.4f\n", diameter_ * dice_.uniform(0.1, 1.0));
+    if (is_field() && kind_ != "z_level" && kind_ != "rough" && dice_.chance(0.1)) {
+      const double radius = diameter_ * dice_.uniform(0.1, 1.0);
+      if (!ridge_) text += formatted("  smoothing_mm: %.4f\n", radius);
+    }
     if ((is_free() || (is_field() && mode_ != AxisMode::kFixed)) && ball_like_ && dice_.chance(0.1)) {
       const double leans = dice_.uniform(0.1, 8.0);
       if (!has_stock_) text += formatted("  axis_tolerance_deg: %.3f\n", leans);
@@ -299,9 +309,9 @@ class Writer {
   std::string kind_;
   Point<Part> anchor_;
   double diameter_ = 0.0, tolerance_ = 0.0, step_ = 0.0, shank_length_ = 0.0;
-  Dice lean_dice_{0};  ///< of its own, so that all else is chosen as it was
-  bool leans_ = false, windowed_ = false, has_holder_ = false, has_neck_ = false, ball_like_ = false,
-       has_stock_ = false;
+  Dice lean_dice_{0}, ridge_dice_{0};  ///< of their own, so that all else is chosen as it was
+  bool leans_ = false, ridge_ = false, is_ball_ = false, windowed_ = false, has_holder_ = false,
+       has_neck_ = false, ball_like_ = false, has_stock_ = false;
 };
 
 }  // namespace
