@@ -132,8 +132,8 @@ int run(int argc, char** argv) {
   std::string optimise;
   planning
       ->add_option("--optimise", optimise,
-                   "time: take the direction of passes that is quickest and leaves no more than the job's "
-                   "own; feed: let "
+                   "time: take the direction and the distances of passes that are quickest and leave no more "
+                   "than the job's own; feed: let "
                    "the feed of cuts follow what the cutter has to cut, within the job's feeds and the "
                    "largest load at "
                    "its own")

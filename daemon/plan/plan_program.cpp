@@ -224,8 +224,8 @@ Result<void> Planning::shorten_operations() {
     std::size_t plans = 0;
     const PlanOnce once = [&](const config::Job& job, bool rest) -> std::unique_ptr<OperationPlan> {
       if (!rest)
-        told_.say("shortest time: direction " + std::to_string(++plans) + " of " +
-                  std::to_string(kMostTried) + " at most");
+        told_.say("shortest time: plan " + std::to_string(++plans) + " of " + std::to_string(kMostTried) +
+                  " at most");
       auto plan = std::make_unique<OperationPlan>(job, clock_, told_);
       plan->follow(cuts_);
       if (!plan->plan_path(*part, model_of(job), rest) || !plan->find_joints()) return nullptr;

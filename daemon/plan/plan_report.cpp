@@ -127,6 +127,7 @@ void add_path(nlohmann::ordered_json& json, const OperationPlan& one) {
   json["joins"] = plan.joins;
   json["cut_length_mm"] = plan.cut_length;
   json["rapid_length_mm"] = plan.rapid_length;
+  if (plan.ridge > 0.0) json["ridge_allowed_mm"] = plan.ridge;
   if (plan.lean)
     json["lean"] = {{"length_mm", plan.lean->length},
                     {"left_mm", plan.lean->left},
@@ -184,9 +185,11 @@ nlohmann::ordered_json shortened_json(const PlanOutcome& o) {
     const ShortenedOperation& one = o.shortened[i];
     nlohmann::ordered_json json = {{"seconds_before", one.seconds},
                                    {"seconds", o.operations[i]->timing().seconds},
-                                   {"directions_tried", one.tried},
+                                   {"plans_tried", one.tried},
                                    {"angle_deg", nullptr}};
     if (one.pattern) json["angle_deg"] = one.pattern->angle.degrees();
+    if (one.pattern && one.pattern->measure == pathgen::StepMeasure::kRidge)
+      json["measure"] = "ridge", json["scallop_mm"] = one.pattern->scallop;
     all.push_back(std::move(json));
   }
   return all;
@@ -393,12 +396,15 @@ std::string shortened_text(const PlanOutcome& o) {
     const std::string& name = o.operations[i]->job().operation.name;
     text += "shortest time" + (name.empty() ? name : ", " + name) + ": ";
     if (!one.pattern) {
-      text += formatted("none of %zu other directions is quicker and leaves no more\n", one.tried);
+      text += formatted("none of %zu other plans is quicker and leaves no more\n", one.tried);
       continue;
     }
-    text += formatted("%.1f min instead of %.1f, of %zu directions; pattern.angle_deg: %.6g\n",
+    text += formatted("%.1f min instead of %.1f, of %zu plans; pattern.angle_deg: %.6g",
                       o.operations[i]->timing().seconds / 60.0, one.seconds / 60.0, one.tried,
                       one.pattern->angle.degrees());
+    if (one.pattern->measure == pathgen::StepMeasure::kRidge)
+      text += formatted(", measure: ridge, scallop_mm: %.6g", one.pattern->scallop);
+    text += "\n";
   }
   return text;
 }

@@ -3,23 +3,35 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <vector>
 
 namespace tiltfeed::daemon {
 namespace {
 
 using pathgen::PatternKind;
+using pathgen::StepMeasure;
+
+/// Rows by their ridges are about so many times as far apart.
+constexpr double kWiderRows = 2.0;
+/// Of the largest ridge of the job's own rows, these shares are allowed, one after the other.
+constexpr double kRidgeShares[] = {0.97, 0.85};
 
 /// What the passes leave, mm and mm^2.
 struct Left {
   double most = 0.0;   ///< between passes
+  double limit = 0.0;  ///< of that, by the job
+  double over = 0.0;   ///< where it is over the limit
   double uncut = 0.0;  ///< of what faces the tool
 };
 
 /// Nothing where it was not looked for.
 std::optional<Left> left_by(const OperationPlan& plan) {
   const pathgen::PlanReport& report = plan.plan_report();
-  if (report.uncut) return Left{report.uncut->between.most, report.uncut->area};
-  if (report.between) return Left{report.between->most, report.between->area};
+  const auto of = [](const pathgen::BetweenPasses& between, double uncut) {
+    return Left{between.most, between.limit, between.area, uncut};
+  };
+  if (report.uncut) return of(report.uncut->between, report.uncut->area);
+  if (report.between) return of(*report.between, 0.0);
   return std::nullopt;
 }
 
@@ -32,6 +44,15 @@ bool has_direction(const config::Job& job) {
   return rows && job.plan.axis.mode != pathgen::AxisMode::kFree;
 }
 
+/// May rows go as far apart as ridges allow?
+bool has_ridges(const config::Job& job) {
+  const pathgen::PlanOptions& plan = job.plan;
+  return plan.pattern.kind == PatternKind::kRaster && plan.pattern.measure == StepMeasure::kFlat &&
+         plan.axis.mode != pathgen::AxisMode::kFree && plan.axis.mode != pathgen::AxisMode::kIndexed &&
+         plan.cutter.type == pathgen::CutterType::kBall && plan.smoothing == 0.0 &&
+         plan.radial_stock == 0.0 && plan.axial_stock == 0.0;
+}
+
 class Search {
  public:
   Search(const OperationPlan& own, const PlanOnce& plan)
@@ -40,24 +61,31 @@ class Search {
   Shortened run() {
     if (!left_) return {};
     if (has_direction(own_.job())) try_directions();
+    if (has_ridges(own_.job())) try_ridges();
     return {std::move(best_), tried_};
   }
 
  private:
-  /// Takes the plan of this pattern where it is quicker and leaves no more.
-  void attempt(const pathgen::Pattern& pattern) {
-    if (tried_ >= kMostTried) return;
+  /// Takes the plan of this pattern where it is quicker and leaves no more. False where it is quicker and
+  /// leaves more.
+  bool attempt(const pathgen::Pattern& pattern) {
+    if (tried_ >= kMostTried) return true;
     ++tried_;
     config::Job job = own_.job();
     job.plan.pattern = pattern;
+    // Ends of neighbours are further apart, too.
+    if (pattern.measure == StepMeasure::kRidge) job.plan.links.join_distance *= kWiderRows;
     // What it leaves takes longer to find than its time, and is not asked of one that is no quicker.
     std::unique_ptr<OperationPlan> plan = plan_(job, false);
-    if (!plan || plan->timing().seconds >= seconds_) return;
+    if (!plan || plan->timing().seconds >= seconds_) return true;
     plan = plan_(job, true);
-    if (!plan) return;
+    if (!plan) return true;
     const std::optional<Left> left = left_by(*plan);
-    if (!left || !within(left->most, left_->most) || !within(left->uncut, left_->uncut)) return;
+    if (!left || !within(left->most, left_->most) || !within(left->over, left_->over) ||
+        !within(left->uncut, left_->uncut))
+      return false;
     seconds_ = plan->timing().seconds, best_ = std::move(plan);
+    return true;
   }
 
   void try_directions() {
@@ -66,6 +94,21 @@ class Search {
     if (!best_) return;
     const pathgen::Pattern best = best_->job().plan.pattern;
     for (const double degrees : {22.5, -22.5}) turn(best, degrees);
+  }
+
+  /// In the best direction and the job's own: rows as far apart as its largest ridge allows. That was found
+  /// at some places; others may keep a little more.
+  void try_ridges() {
+    const pathgen::Pattern own = own_.job().plan.pattern;
+    std::vector<pathgen::Pattern> patterns{best_ ? best_->job().plan.pattern : own};
+    if (best_) patterns.push_back(own);
+    for (pathgen::Pattern& pattern : patterns) {
+      pattern.measure = StepMeasure::kRidge;
+      for (const double share : kRidgeShares) {
+        pattern.scallop = share * std::min(left_->most, left_->limit);
+        if (attempt(pattern)) break;
+      }
+    }
   }
 
   void turn(pathgen::Pattern pattern, double degrees) {

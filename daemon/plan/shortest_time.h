@@ -1,6 +1,6 @@
 #pragma once
-// The direction of the passes with which the machine takes the least time, and which leave no more than the
-// job's own.
+// The direction and the distances of the passes with which the machine takes the least time, and which leave
+// no more than the job's own.
 
 #include <functional>
 #include <memory>
@@ -15,17 +15,19 @@ using PlanOnce = std::function<std::unique_ptr<OperationPlan>(const config::Job&
 /// What was found.
 struct Shortened {
   std::unique_ptr<OperationPlan> plan;  ///< null: none is quicker than the job's own
-  std::size_t tried = 0;                ///< directions besides its own
+  std::size_t tried = 0;                ///< plans besides its own
 };
 
-/// `own`: the job as it is, planned with what it leaves. Tries other
-/// directions of the passes, of raster, split and rough; each plan is like the job's own but for that.
-/// Properties: 1 What is taken leaves no more between passes, and no more uncut, than `own` does (kSameRest).
-/// 2 It takes less time. 3 At most kMostTried directions are tried. 4 The same job gives the same.
+/// `own`: the job as it is, planned with what it leaves. Tries other directions of the passes, of raster,
+/// split and rough. Evenly spaced rows of a ball may also go as far apart as the largest ridge of its own
+/// allows (StepMeasure::kRidge), in the best direction and its own. Each plan is like the job's own but for
+/// that; rows further apart are joined over twice the distance. Properties: 1 What is taken leaves no more
+/// between passes, no more of the surface over the limit, and no more uncut, than `own` does (kSameRest). 2
+/// It takes less time. 3 At most kMostTried plans are tried. 4 The same job gives the same.
 Shortened shorten(const OperationPlan& own, const PlanOnce& plan);
 
 /// Two heights or areas are the same within this share.
 inline constexpr double kSameRest = 1e-3;
-inline constexpr std::size_t kMostTried = 5;
+inline constexpr std::size_t kMostTried = 9;
 
 }  // namespace tiltfeed::daemon
