@@ -48,7 +48,8 @@ class Ridges {
         layout_(layout),
         rules_(options, field),
         radius_(field.surface.pieces().front().corner),
-        bin_(std::min(layout.step, radius_ / 2.0)) {}
+        bin_(std::min(layout.step, radius_ / 2.0)),
+        together_(std::max(1, static_cast<std::int32_t>(radius_ / 4.0 / bin_))) {}
 
   /// Nothing where it was stopped.
   std::optional<RidgeRows> run(const ReportShare& report) {
@@ -61,7 +62,8 @@ class Ridges {
     each_row(watch, [&](std::size_t k) {
       choosable[k] = choosable_row(static_cast<std::int32_t>(k), found.allowed);
     });
-    const ChosenRows chosen = choose_rows(choosable, way_up(), bin_, [&] { return watch.next(); });
+    const ChosenRows chosen =
+        choose_rows(choosable, way_up(), bin_ * together_, [&] { return watch.next(); });
     if (watch.stopped()) return std::nullopt;
     found.main = cut(chosen.main), found.fill = cut(chosen.fill);
     return found;
@@ -76,6 +78,10 @@ class Ridges {
   }
 
   std::int32_t bin_of(double run) const { return static_cast<std::int32_t>(std::floor(run / bin_)); }
+  /// That of so many together by which rows are chosen.
+  std::int32_t wide_bin(std::int32_t bin) const {
+    return bin >= 0 ? bin / together_ : -((together_ - 1 - bin) / together_);
+  }
 
   RowTrack track(const std::vector<Pass>& passes) const {
     RowTrack t;
@@ -213,7 +219,7 @@ class Ridges {
       for (std::size_t i = 0; i < shifted; ++i) {
         const double limit = std::max(wide, stated.least(shifts[i]));
         if (std::abs(shifts[i]) > limit) continue;
-        RowNeed need{bin, row, row};
+        RowNeed need{wide_bin(bin), row, row};
         for (const double off : below) {
           if (off + shifts[i] > limit) break;
           --need.low;
@@ -242,20 +248,21 @@ class Ridges {
   }
 
   void measure(const RowTrack& t, ChoosableRow& r) const {
-    r.first_bin = t.first_bin;
-    r.way.assign(t.from.size() - 1, 0.0f);
+    r.first_bin = wide_bin(t.first_bin);
+    const std::int32_t last = wide_bin(t.first_bin + static_cast<std::int32_t>(t.from.size()) - 2);
+    r.way.assign(static_cast<std::size_t>(last - r.first_bin) + 1, 0.0f);
     for (std::size_t i = 0; i < t.nodes.size(); ++i) {
-      const std::int32_t bin = bin_of(t.nodes[i].run);
+      const std::int32_t bin = wide_bin(bin_of(t.nodes[i].run));
       if (t.nodes[i].begins) {
         r.passes.push_back({bin, bin});
         continue;
       }
       r.passes.back().last = std::max(r.passes.back().last, bin);
       const Node &a = t.nodes[i - 1], &b = t.nodes[i];
-      const std::int32_t first = bin_of(a.run);
+      const std::int32_t first = wide_bin(bin_of(a.run));
       const double way = distance(a.centre, b.centre);
       for (std::int32_t k = first; k <= bin; ++k)
-        r.way[static_cast<std::size_t>(std::max(0, k - t.first_bin))] +=
+        r.way[static_cast<std::size_t>(std::max(0, k - r.first_bin))] +=
             static_cast<float>(way / (bin - first + 1));
     }
     for (std::size_t k = 1; k < r.way.size(); ++k) r.way[k] += r.way[k - 1];
@@ -285,7 +292,7 @@ class Ridges {
       const RowStretch& s = stretches[i];
       if (s.row != last) passes.emplace_back();
       last = s.row;
-      const double from = (s.first - 2) * bin_, to = (s.last + 3) * bin_;
+      const double from = (s.first * together_ - 2) * bin_, to = ((s.last + 1) * together_ + 2) * bin_;
       for (const Pass& pass : rows_[static_cast<std::size_t>(s.row)]) cut(pass, from, to, passes.back());
     }
     std::erase_if(passes, [](const auto& row) { return row.empty(); });
@@ -309,6 +316,7 @@ class Ridges {
   const RowLayout& layout_;
   const PointRules rules_;
   const double radius_, bin_;
+  const std::int32_t together_;
   std::vector<RowTrack> tracks_;
 };
 

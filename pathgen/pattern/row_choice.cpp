@@ -70,24 +70,25 @@ class Choice {
     return fill(open, stretches);
   }
 
-  /// By rising bin.
-  double fill(const std::vector<RowNeed>& open, std::vector<RowStretch>* stretches) const {
+  /// By rising bin. Costs over `most` are not added up.
+  double fill(const std::vector<RowNeed>& open, std::vector<RowStretch>* stretches,
+              double most = kNoWay) const {
     double sum = 0.0;
-    for (std::size_t from = 0; from < open.size();) {
+    for (std::size_t from = 0; from < open.size() && sum <= most;) {
       std::size_t to = from + 1;
       while (to < open.size() && open[to].bin - open[to - 1].bin <= bridge_) ++to;
       sum += fill_cluster(std::vector<RowNeed>(open.begin() + static_cast<std::ptrdiff_t>(from),
                                                open.begin() + static_cast<std::ptrdiff_t>(to)),
-                          stretches);
+                          stretches, most - sum);
       from = to;
     }
     return sum;
   }
 
   /// Rows as far on as the first need that must be cut allows.
-  double fill_cluster(std::vector<RowNeed> open, std::vector<RowStretch>* stretches) const {
+  double fill_cluster(std::vector<RowNeed> open, std::vector<RowStretch>* stretches, double most) const {
     double sum = 0.0;
-    while (!open.empty()) {
+    while (!open.empty() && sum <= most) {
       std::int32_t row = open.front().high;
       for (const RowNeed& need : open) row = std::min(row, need.high);
       const ChoosableRow& r = rows_[static_cast<std::size_t>(row)];
@@ -122,18 +123,19 @@ class Choice {
       std::vector<RowNeed> pending, open;
       double dearest = last < 0 ? 0.0 : cost(last), filled = 0.0;
       for (std::int32_t next = last + 1; next <= std::min(count_, last + kFarthestRows); ++next) {
+        if (next < count_) dearest = std::max(dearest, cost(next));
+        const double most = next < count_ ? kTooDear * (dearest + way_up_) : kNoWay;
         // Only those that the row before could still cut are new.
         if (std::any_of(pending.begin(), pending.end(),
                         [&](const RowNeed& n) { return n.high == next - 1; })) {
           open.clear();
           for (const RowNeed& need : pending)
             if (need.high < next) open.push_back(need);
-          filled = fill(open, nullptr);
+          filled = fill(open, nullptr, most);
         }
+        if (filled > most) break;
         costs.push_back(filled);
         if (next == count_) break;
-        dearest = std::max(dearest, cost(next));
-        if (filled > kTooDear * (dearest + way_up_)) break;
         const auto middle = static_cast<std::ptrdiff_t>(pending.size());
         for (const RowNeed& need : rows_[static_cast<std::size_t>(next)].needs)
           if (need.low > last) pending.push_back(need);
