@@ -138,6 +138,8 @@ def main():
     left = [report["uncut"]["between_passes"]["most_mm"] for report in (wide, even)]
     assert left[0] <= left[1] * 1.001, left
     assert wide["uncut"]["area_mm2"] <= even["uncut"]["area_mm2"] * 1.001 + 1e-6
+    shop.write("again", "roof", along="x", step=0.8, measure=f"ridge, scallop_mm: {told['scallop_mm']!r}, angle_deg: {told['angle_deg']!r}")
+    assert shop.plan("again")["machining_seconds"] == wide["machining_seconds"], "the keys that were told give another plan"
     own, wider = shop.machine_seconds("r", 0), shop.machine_seconds("r", 2)
     assert wider < 0.85 * own, f"the machine takes {wider} s instead of {own}"
     # Where an operation cuts what the ones before leave it is planned for what these leave in their new directions.
