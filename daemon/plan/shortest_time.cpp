@@ -13,8 +13,12 @@ using pathgen::StepMeasure;
 
 /// Rows by their ridges are about so many times as far apart.
 constexpr double kWiderRows = 2.0;
-/// Of the largest ridge of the job's own rows, these shares are allowed, one after the other.
-constexpr double kRidgeShares[] = {0.97, 0.85};
+/// Of the largest ridge of the job's own rows this share is allowed at first; where more is left, the ridge
+/// is lowered to the other share or less, so often.
+constexpr double kFirstRidge = 0.97, kLowerRidge = 0.85, kLowestRidge = 0.3;
+constexpr int kRidgesTried = 3;
+/// By so many times what is left too much.
+constexpr double kLowered = 1.2;
 
 /// What the passes leave, mm and mm^2.
 struct Left {
@@ -66,10 +70,10 @@ class Search {
   }
 
  private:
-  /// Takes the plan of this pattern where it is quicker and leaves no more. False where it is quicker and
-  /// leaves more.
-  bool attempt(const pathgen::Pattern& pattern) {
-    if (tried_ >= kMostTried) return true;
+  /// Takes the plan of this pattern where it is quicker and leaves no more. What it leaves where it is
+  /// quicker and leaves more.
+  std::optional<Left> attempt(const pathgen::Pattern& pattern) {
+    if (tried_ >= kMostTried) return std::nullopt;
     ++tried_;
     config::Job job = own_.job();
     job.plan.pattern = pattern;
@@ -77,15 +81,16 @@ class Search {
     if (pattern.measure == StepMeasure::kRidge) job.plan.links.join_distance *= kWiderRows;
     // What it leaves takes longer to find than its time, and is not asked of one that is no quicker.
     std::unique_ptr<OperationPlan> plan = plan_(job, false);
-    if (!plan || plan->timing().seconds >= seconds_) return true;
+    if (!plan || plan->timing().seconds >= seconds_) return std::nullopt;
     plan = plan_(job, true);
-    if (!plan) return true;
+    if (!plan) return std::nullopt;
     const std::optional<Left> left = left_by(*plan);
-    if (!left || !within(left->most, left_->most) || !within(left->over, left_->over) ||
+    if (!left) return std::nullopt;
+    if (!within(left->most, left_->most) || !within(left->over, left_->over) ||
         !within(left->uncut, left_->uncut))
-      return false;
+      return left;
     seconds_ = plan->timing().seconds, best_ = std::move(plan);
-    return true;
+    return std::nullopt;
   }
 
   void try_directions() {
@@ -102,11 +107,14 @@ class Search {
     const pathgen::Pattern own = own_.job().plan.pattern;
     std::vector<pathgen::Pattern> patterns{best_ ? best_->job().plan.pattern : own};
     if (best_) patterns.push_back(own);
+    const double first = kFirstRidge * std::min(left_->most, left_->limit);
     for (pathgen::Pattern& pattern : patterns) {
-      pattern.measure = StepMeasure::kRidge;
-      for (const double share : kRidgeShares) {
-        pattern.scallop = share * std::min(left_->most, left_->limit);
-        if (attempt(pattern)) break;
+      pattern.measure = StepMeasure::kRidge, pattern.scallop = first;
+      for (int k = 0; k < kRidgesTried && pattern.scallop > kLowestRidge * first; ++k) {
+        const std::optional<Left> more = attempt(pattern);
+        if (!more) break;
+        pattern.scallop =
+            std::min(kLowerRidge * pattern.scallop, pattern.scallop - kLowered * (more->most - left_->most));
       }
     }
   }

@@ -28,6 +28,6 @@ Shortened shorten(const OperationPlan& own, const PlanOnce& plan);
 
 /// Two heights or areas are the same within this share.
 inline constexpr double kSameRest = 1e-3;
-inline constexpr std::size_t kMostTried = 9;
+inline constexpr std::size_t kMostTried = 11;
 
 }  // namespace tiltfeed::daemon
