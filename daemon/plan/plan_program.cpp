@@ -223,7 +223,8 @@ Result<void> Planning::shorten_operations() {
     if (!part) return tl::unexpected(part.error());
     std::size_t plans = 0;
     const PlanOnce once = [&](const config::Job& job, bool rest) -> std::unique_ptr<OperationPlan> {
-      if (!rest)
+      // Of another direction what it leaves is asked later.
+      if (!rest || job.plan.pattern.measure == pathgen::StepMeasure::kRidge)
         told_.say("shortest time: plan " + std::to_string(++plans) + " of " + std::to_string(kMostTried) +
                   " at most");
       auto plan = std::make_unique<OperationPlan>(job, clock_, told_);

@@ -79,10 +79,12 @@ class Search {
     job.plan.pattern = pattern;
     // Ends of neighbours are further apart, too.
     if (pattern.measure == StepMeasure::kRidge) job.plan.links.join_distance *= kWiderRows;
-    // What it leaves takes longer to find than its time, and is not asked of one that is no quicker.
-    std::unique_ptr<OperationPlan> plan = plan_(job, false);
+    // What it leaves takes longer to find than its time, and is not asked of one that is no quicker. Of rows
+    // by their ridges it takes less than the rows do.
+    const bool at_once = pattern.measure == StepMeasure::kRidge;
+    std::unique_ptr<OperationPlan> plan = plan_(job, at_once);
     if (!plan || plan->timing().seconds >= seconds_) return std::nullopt;
-    plan = plan_(job, true);
+    if (!at_once) plan = plan_(job, true);
     if (!plan) return std::nullopt;
     const std::optional<Left> left = left_by(*plan);
     if (!left) return std::nullopt;
@@ -113,8 +115,9 @@ class Search {
       for (int k = 0; k < kRidgesTried && pattern.scallop > kLowestRidge * first; ++k) {
         const std::optional<Left> more = attempt(pattern);
         if (!more) break;
-        pattern.scallop =
-            std::min(kLowerRidge * pattern.scallop, pattern.scallop - kLowered * (more->most - left_->most));
+        const double lower = kLowerRidge * pattern.scallop, excess = more->most - left_->most;
+        // A single place may leave much more. If it does so again, the ridge is lowered by that.
+        pattern.scallop = k == 0 ? lower : std::min(lower, pattern.scallop - kLowered * excess);
       }
     }
   }
