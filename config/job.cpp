@@ -8,6 +8,7 @@
 #include "config/body_keys.h"
 #include "config/job_catalogue.h"
 #include "config/job_keys.h"
+#include "config/job_reading.h"
 #include "config/key_ranges.h"
 #include "config/new_job.h"
 #include "config/operations.h"
@@ -55,7 +56,8 @@ Result<std::optional<ToolLibrary>> read_library(const YamlNode& tree, const Sect
   return tl::unexpected(*complaint.error());
 }
 
-/// `tools`: as read_cutter(); its number is in program.tool where the tool has one.
+}  // namespace
+
 Job read_job(const Section& root, const std::string& path, const ToolLibrary* tools) {
   Job job;
   job.path = path;
@@ -87,11 +89,7 @@ Job read_job(const Section& root, const std::string& path, const ToolLibrary* to
   return job;
 }
 
-}  // namespace
-
-namespace {
-
-Section root_of(const YamlNode& tree, Complaint& complaint) {
+Section job_root(const YamlNode& tree, Complaint& complaint) {
   return {tree,
           "",
           {"part",         "cutter",       "axis",       "pattern",        "rest",   "containment",
@@ -100,6 +98,13 @@ Section root_of(const YamlNode& tree, Complaint& complaint) {
            "blank",        "machine",      "operations", "operation_order"},
           complaint};
 }
+
+bool reads_by_tool(const Section& root) {
+  if (!root.has("operations")) root.unused("operation_order", "without operations");
+  return root.choice<bool>("operation_order", {{"listed", false}, {"by_tool", true}}, false);
+}
+
+namespace {
 
 /// What the axis mode needs and a machine of fewer axes does not give, as text; empty: none.
 std::string missed_direction(const Job& job) {
@@ -153,7 +158,7 @@ TextPlace place_of(const YamlNode& tree, const std::string& message) {
 /// Of one operation.
 Result<Job> parse_tree(const YamlNode& tree, const std::string& path, const JobFiles& files) {
   Complaint complaint(path);
-  const Section root = root_of(tree, complaint);
+  const Section root = job_root(tree, complaint);
   const Result<std::optional<ToolLibrary>> tools = read_library(tree, root, complaint, path, files);
   if (!tools) return tl::unexpected(tools.error());
   Job job = read_job(root, path, *tools ? &**tools : nullptr);
@@ -282,16 +287,11 @@ Result<std::vector<Job>> read_operations(const std::vector<OperationTree>& trees
   return jobs;
 }
 
-bool reads_by_tool(const Section& root) {
-  if (!root.has("operations")) root.unused("operation_order", "without operations");
-  return root.choice<bool>("operation_order", {{"listed", false}, {"by_tool", true}}, false);
-}
-
 /// As they are listed, whatever order is asked for.
 Result<std::vector<Job>> parse_list(const YamlNode& tree, const std::string& path, const JobFiles& files,
                                     bool& by_tool) {
   Complaint complaint(path);
-  const Section root = root_of(tree, complaint);
+  const Section root = job_root(tree, complaint);
   const std::vector<OperationTree> trees = operation_trees(tree, root);
   by_tool = reads_by_tool(root);
   if (complaint.error()) return tl::unexpected(*complaint.error());
@@ -380,18 +380,6 @@ Result<std::string> with_tool_written_out(const std::string& text, const std::st
     out = std::move(*changed);
   }
   return out;
-}
-
-Result<KeyLog> job_keys(const std::string& text) {
-  const Result<YamlNode> tree = parse_yaml(text, "job");
-  if (!tree) return tl::unexpected(tree.error());
-  KeyLog log;
-  Complaint complaint("job", &log);
-  const Section root = root_of(*tree, complaint);
-  read_job(root, "job", nullptr);
-  operation_trees(*tree, root);
-  reads_by_tool(root);
-  return log;
 }
 
 Result<Job> load_job(const std::string& path) { return load_job_with(path, {}); }

@@ -3,93 +3,13 @@
 #include <algorithm>
 #include <charconv>
 
+#include "config/text_layout.h"
 #include "config/yaml_tree.h"
 
 namespace tiltfeed::config {
 namespace {
 
 constexpr const char* kFile = "job";
-
-/// Where the text of a value or a line ends.
-class Layout {
- public:
-  explicit Layout(const std::string& text) : text_(text) {
-    starts_.push_back(0);
-    for (std::size_t i = 0; i < text.size(); ++i)
-      if (text[i] == '\n') starts_.push_back(i + 1);
-  }
-
-  std::size_t at(TextPlace place) const {
-    return starts_[static_cast<std::size_t>(place.line) - 1] + static_cast<std::size_t>(place.column) - 1;
-  }
-  std::size_t line_start(std::size_t at) const {
-    return *(std::upper_bound(starts_.begin(), starts_.end(), at) - 1);
-  }
-  /// Of the line break, or the text's end.
-  std::size_t line_end(std::size_t at) const { return std::min(text_.find('\n', at), text_.size()); }
-  std::size_t next_line(std::size_t at) const { return std::min(line_end(at) + 1, text_.size()); }
-  /// Blanks before the first letter of the line at `start`; nothing: a blank line.
-  std::optional<std::size_t> indent(std::size_t start) const {
-    const std::size_t first = text_.find_first_not_of(" \r", start);
-    if (first == std::string::npos || text_[first] == '\n') return std::nullopt;
-    return first - start;
-  }
-
-  bool flows(const YamlNode& node) const {
-    return text_[at(node.place)] == '[' || text_[at(node.place)] == '{';
-  }
-  bool is_block(const YamlNode& node) const {
-    return (node.kind == YamlKind::kMap || node.kind == YamlKind::kList) && !flows(node);
-  }
-
-  std::size_t end_of(const YamlNode& node, bool in_flow) const {
-    const std::size_t start = at(node.place);
-    if (node.kind == YamlKind::kNothing) return text_.find(':', start) + 1;
-    if (is_block(node)) return node.items.empty() ? start : end_of(node.items.back(), false);
-    if (flows(node)) return closing(start);
-    if (text_[start] == '"' || text_[start] == '\'') return quote_end(start);
-    std::size_t end = start;
-    while (end < text_.size() && text_[end] != '\n' && text_[end] != '\r' &&
-           !(text_[end] == '#' && end > 0 && text_[end - 1] == ' ') &&
-           !(in_flow && std::string(",[]{}").find(text_[end]) != std::string::npos))
-      ++end;
-    while (end > start && text_[end - 1] == ' ') --end;
-    return end;
-  }
-
- private:
-  std::size_t quote_end(std::size_t start) const {
-    const char quote = text_[start];
-    for (std::size_t i = start + 1; i < text_.size(); ++i) {
-      if (text_[i] == '\\' && quote == '"') {
-        ++i;
-      } else if (text_[i] == quote) {
-        if (quote == '"' || i + 1 >= text_.size() || text_[i + 1] != '\'') return i + 1;
-        ++i;
-      }
-    }
-    return text_.size();
-  }
-  std::size_t closing(std::size_t start) const {
-    int depth = 0;
-    for (std::size_t i = start; i < text_.size(); ++i) {
-      const char c = text_[i];
-      if (c == '"' || c == '\'') {
-        i = quote_end(i) - 1;
-      } else if (c == '#' && text_[i - 1] == ' ') {
-        i = line_end(i);
-      } else if (c == '[' || c == '{') {
-        ++depth;
-      } else if ((c == ']' || c == '}') && --depth == 0) {
-        return i + 1;
-      }
-    }
-    return text_.size();
-  }
-
-  const std::string& text_;
-  std::vector<std::size_t> starts_;
-};
 
 /// "holder[2]" as a key and a number from 1; 0: none.
 struct Step {
@@ -112,22 +32,6 @@ std::vector<Step> steps_of(const std::string& path) {
   return steps;
 }
 
-std::optional<std::size_t> index_of(const YamlNode& map, const std::string& key) {
-  for (std::size_t i = 0; i < map.keys.size(); ++i)
-    if (map.keys[i].text == key) return i;
-  return std::nullopt;
-}
-
-bool same(const YamlNode& a, const YamlNode& b) {
-  if (a.kind != b.kind || a.items.size() != b.items.size()) return false;
-  if (a.kind == YamlKind::kScalar) return a.text == b.text && a.plain == b.plain;
-  for (std::size_t i = 0; i < a.items.size(); ++i) {
-    const auto other = a.kind == YamlKind::kMap ? index_of(b, a.keys[i].text) : std::optional(i);
-    if (!other || !same(a.items[i], b.items[*other])) return false;
-  }
-  return true;
-}
-
 tl::unexpected<Error> refuse(const std::string& path, const std::string& why) {
   return fail(Code::kInput, path + ": " + why);
 }
@@ -145,7 +49,7 @@ class Editor {
     bool in_flow = lay_.flows(tree_);
     for (std::size_t i = 0;; ++i) {
       if (map->kind != YamlKind::kMap) return refuse(edit.path, "there is no map to hold this key");
-      const auto index = index_of(*map, steps[i].key);
+      const auto index = key_index(*map, steps[i].key);
       const bool last = i + 1 == steps.size() && steps[i].item == 0;
       if (!index) {
         if (!edit.value) return text_;
@@ -233,20 +137,9 @@ class Editor {
     if (!previous && !item)
       return replaced(lay_.line_start(first), lay_.line_start(first),
                       std::string(indent, ' ') + words + "\n");
-    std::size_t at = behind(map.items[previous.value_or(0)], indent);
+    const std::size_t at = lay_.behind(map.items[previous.value_or(0)], indent);
     const std::string line = std::string(indent, ' ') + words + "\n";
     return replaced(at, at, at > 0 && text_[at - 1] != '\n' ? "\n" + line : line);
-  }
-
-  /// The start of the line behind a value and the remarks that belong to it: those further in than its key.
-  std::size_t behind(const YamlNode& node, std::size_t indent) const {
-    std::size_t at = lay_.next_line(lay_.end_of(node, false));
-    while (at < text_.size()) {
-      const auto in = lay_.indent(at);
-      if (!in || *in <= indent || text_[at + *in] != '#') break;
-      at = lay_.next_line(at);
-    }
-    return at;
   }
 
   /// The start of a line "  # key: ..." of this map.
@@ -294,7 +187,7 @@ class Editor {
   }
 
   const std::string& text_;
-  const Layout lay_;
+  const TextLayout lay_;
   const YamlNode& tree_;
   const KeyOrder& order_;
 };
@@ -303,7 +196,7 @@ class Editor {
 bool change(YamlNode& node, const std::vector<Step>& steps, std::size_t i, const YamlNode* value) {
   if (node.kind == YamlKind::kNothing) node = {YamlKind::kMap, node.place, "", true, {}, {}};
   if (node.kind != YamlKind::kMap) return false;
-  auto index = index_of(node, steps[i].key);
+  auto index = key_index(node, steps[i].key);
   const bool last = i + 1 == steps.size();
   if (!index) {
     if (value == nullptr) return true;
@@ -350,7 +243,7 @@ Result<std::string> edited(const std::string& text, const YamlEdit& edit, const 
   Result<std::string> changed = Editor(text, *tree, order).apply(edit);
   if (!changed) return changed;
   const Result<YamlNode> now = parse_yaml(*changed, kFile);
-  if (!now || !same(*now, wanted))
+  if (!now || !same_value(*now, wanted))
     return refuse(edit.path, "this is written in a way that a form cannot change; change it in the text");
   return changed;
 }
@@ -367,13 +260,13 @@ std::string quoted_text(const std::string& text) {
 Result<std::vector<std::string>> value_texts(const std::string& text, const std::vector<std::string>& paths) {
   const Result<YamlNode> tree = parse_yaml(text, kFile);
   if (!tree) return tl::unexpected<Error>(tree.error());
-  const Layout lay(text);
+  const TextLayout lay(text);
   std::vector<std::string> values;
   for (const std::string& path : paths) {
     const YamlNode* node = &*tree;
     bool in_flow = false;
     for (const Step& step : steps_of(path)) {
-      const auto index = node->kind == YamlKind::kMap ? index_of(*node, step.key) : std::nullopt;
+      const auto index = node->kind == YamlKind::kMap ? key_index(*node, step.key) : std::nullopt;
       in_flow = in_flow || (index && lay.flows(*node));
       node = index ? &node->items[*index] : nullptr;
       if (node != nullptr && step.item > 0) {
