@@ -29,6 +29,7 @@ std::string usual_ball(const pathgen::Box& bounds) {
 struct SuggestCommand::Options {
   CLI::App* command = nullptr;
   std::string stl, machine, cutter, output, report, progress;
+  std::vector<std::string> bodies;  // of the part, as a desk asks: what it shows has its own job
   double unit_mm = 1.0;
   std::size_t pick = 1;
   bool json = false;
@@ -51,6 +52,7 @@ SuggestCommand::SuggestCommand(CLI::App& app) : options_(std::make_unique<Option
           CLI::CheckedTransformer(std::map<std::string, double>{{"mm", 1.0}, {"inch", 25.4}, {"m", 1000.0}}));
   o.command->add_option("--report", o.report, "the same as --json, into a file");
   o.command->add_option("--progress", o.progress)->group("");
+  o.command->add_option("--body", o.bodies)->group("");
   o.command->add_flag("--json", o.json, "print one JSON object");
   o.command->add_option("--out", o.output, "job file to write, for `tiltfeed plan`");
   o.command->add_option("--pick", o.pick, "which proposal --out takes; 1, the best, if not given")
@@ -81,7 +83,7 @@ Result<void> SuggestCommand::Options::work() const {
     profile = std::move(*loaded);
   }
   const auto start = std::chrono::steady_clock::now();
-  const auto read = config::read_part_file({stl, unit_mm});
+  const auto read = config::read_part_file({stl, unit_mm, bodies});
   if (!read) return tl::unexpected(read.error());
   for (const std::string& note : pathgen::notes_on(*read)) std::cerr << note << "\n";
   const auto part = pathgen::check_mesh(read->mesh);

@@ -4,17 +4,26 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "desk/api/part_work.h"
+#include "desk/http/access_check.h"
 #include "desk/http/http_message.h"
 #include "desk/work/child_process.h"
 
 namespace tiltfeed::desk {
 
+/// An operation that is cut, and the folder that `tiltfeed verify` makes for it; both empty: the job has one.
+struct CutOperation {
+  std::string name, folder;
+};
+
 /// Files of this computer, and which plan they are.
 struct CutInput {
   std::string job, stl, machine, program;
   std::uint64_t plan_id = 0;
+  std::string operation = {};                         ///< alone in the program; empty: all are
+  std::vector<CutOperation> operations = {{"", ""}};  ///< of the program, in its order
 };
 
 class CutWork {
@@ -29,12 +38,16 @@ class CutWork {
   Result<void> cancel();
 
   /// JSON: null, or id, plan, state (working, done, refused, cancelled), while working stage and percent,
-  /// error when refused, verdict (passed, incomplete, failed) and before (is there one) when done.
+  /// error when refused, verdict (passed, incomplete, failed), before (is there one) and operations when
+  /// done.
   std::string describe() const;
-  Reply view() const { return file("cut/cut.view", "application/octet-stream", state_ == "done"); }
-  Reply before() const { return file("before.view", "application/octet-stream", has_before_); }
-  Reply page() const { return file("cut/index.html", "application/octet-stream", state_ == "done"); }
-  Reply report() const { return file("cut/report.json", "application/json", state_ == "done"); }
+  // Of the operation of this name; empty: the first.
+  Reply view(const std::string& operation) const { return file("cut.view", kOctets, operation); }
+  Reply page(const std::string& operation) const { return file("index.html", kOctets, operation); }
+  Reply report(const std::string& operation) const {
+    return file("report.json", "application/json", operation);
+  }
+  Reply before(const std::string& operation) const;
 
   bool is_working() const { return child_.has_value(); }
   int descriptor() const { return child_ ? child_->descriptor() : -1; }
@@ -43,15 +56,20 @@ class CutWork {
   void look();
 
  private:
-  Reply file(const char* name, const char* type, bool there) const;
+  Reply file(const char* name, const char* type, const std::string& operation) const;
   std::string at(const char* name) const { return folder_ + "/" + name; }
+  /// Of what `tiltfeed verify` has written about an operation; empty: not there. `folder`: "cut", "before".
+  std::string path_of(const char* folder, const CutOperation& operation, const char* name) const;
+  static const CutOperation* find(const std::vector<CutOperation>& operations, const std::string& name);
 
   std::string program_, folder_;
   Teller tell_;
   std::uint64_t id_ = 0;
   CutInput input_;
+  std::vector<CutOperation> before_;   ///< of the run before
+  std::vector<std::string> verdicts_;  ///< by operation
   std::string state_, error_, progress_, verdict_;
-  bool cancelled_ = false, has_before_ = false;
+  bool cancelled_ = false;
   std::optional<ChildProcess> child_;
 };
 

@@ -9,6 +9,7 @@
 #include "desk/api/page_reply.h"
 #include "desk/api/replies.h"
 #include "desk/users/password_hash.h"
+#include "kinematics/basics/tolerance_budget.h"
 #include "pathgen/mesh/stl_facets.h"
 
 namespace tiltfeed::desk {
@@ -19,6 +20,12 @@ using nlohmann::json;
 constexpr std::uint64_t kSmallBody = 4096, kEditsBody = 64 * 1024;
 constexpr char kShopRoutes[] = "/api/v1/shop/";
 constexpr char kPart[] = "part.stl";  // of a part without a name
+
+/// As `tiltfeed verify` calls the folder of one of several operations.
+std::string folder_of(const config::OperationName& operation) {
+  return operation.count == 1 ? "" : std::to_string(operation.number) + "-" + operation.name;
+}
+
 }  // namespace
 
 struct Desk::Route {
@@ -40,6 +47,8 @@ const std::vector<Desk::Route>& Desk::routes() {
       {"POST", "/api/v1/part/unit", &Desk::set_unit, kSmallBody},
       {"GET", "/api/v1/part/mesh", &Desk::mesh},
       {"GET", "/api/v1/part/edges", &Desk::edges},
+      {"GET", "/api/v1/part/model", &Desk::part_model},
+      {"GET", "/api/v1/part/faces", &Desk::part_faces},
       {"GET", "/api/v1/job", &Desk::job_text},
       {"GET", "/api/v1/job/text", &Desk::job_file},
       {"PUT", "/api/v1/job", &Desk::put_job, config::kMaxConfigBytes},
@@ -50,6 +59,7 @@ const std::vector<Desk::Route>& Desk::routes() {
       {"POST", "/api/v1/job/machine", &Desk::choose_machine, kSmallBody},
       {"GET", "/api/v1/machine/view", &Desk::machine_view},
       {"POST", "/api/v1/job/edit", &Desk::edit_job, kEditsBody},
+      {"POST", "/api/v1/job/operation", &Desk::edit_operations, kSmallBody},
       {"GET", "/api/v1/schema", &Desk::schema},
       {"POST", "/api/v1/suggest", &Desk::start_suggest, kSmallBody},
       {"DELETE", "/api/v1/suggest", &Desk::cancel_suggest},
@@ -124,6 +134,7 @@ Result<void> Desk::open(const std::string& path) {
   }
   if (const Result<void> opened = job_.open(path); !opened) return opened;
   machine_.start(job_.file(), job_.machine(), job_.id());
+  part_.choose_for_next(chosen_part());
   return copy_part(job_.stl(), job_.unit());
 }
 
@@ -219,7 +230,7 @@ Reply Desk::events(const Request&) {
 
 Reply Desk::put_part(const Request& request) {
   if (request.file.empty() || request.length.value_or(0) == 0)
-    return refusal(400, "the file is empty; expected an STL");
+    return refusal(400, "the file is empty; expected an STL, OBJ, PLY, 3MF, STEP or IGES file");
   const std::string stated = request.unit.empty() ? "mm" : request.unit;
   const std::string unit = job_.is_open() ? job_.unit() : stated;
   if (const Result<void> taken = part_.take(request.file, shown_name(request.name, kPart), unit); !taken)
@@ -240,6 +251,18 @@ Reply Desk::mesh(const Request&) { return part_.mesh(); }
 
 Reply Desk::edges(const Request&) { return part_.edges(); }
 
+Reply Desk::part_model(const Request&) { return part_.model(); }
+
+Reply Desk::part_faces(const Request&) { return part_.faces(); }
+
+/// Facets as the planner of the first operation has them.
+PartChoice Desk::chosen_part() const {
+  const config::Job& job = job_.job();
+  const double deviation =
+      job.tessellation > 0.0 ? job.tessellation : ToleranceBudget::tessellation(job.plan.tolerance);
+  return {job.bodies, job.avoid_faces, deviation};
+}
+
 Reply Desk::job_text(const Request&) {
   if (!job_.is_open()) return refusal(409, "no job is open; start tiltfeed desk with a job file");
   const json text = {{"id", job_.id()}, {"text", job_.text()}};
@@ -255,7 +278,14 @@ Reply Desk::job_changed() {
   tell_("job", job_.describe());
   if (job_.is_right()) machine_.start(job_.file(), job_.machine(), job_.id());
   // The part is drawn in the unit that the job says it is in.
-  if (job_.is_right() && part_.id() != 0 && part_.unit() != job_.unit()) (void)part_.set_unit(job_.unit());
+  if (job_.is_right() && part_.id() != 0) {
+    const bool other_unit = part_.unit() != job_.unit();
+    if (other_unit) part_.choose_for_next(chosen_part());
+    if (other_unit)
+      (void)part_.set_unit(job_.unit());
+    else
+      part_.choose(chosen_part());
+  }
   return text_reply(job_.describe());
 }
 
@@ -265,11 +295,19 @@ Reply Desk::save_job(const Request&) {
   return text_reply(job_.describe());
 }
 
-Reply Desk::start_plan(const Request&) {
+Reply Desk::start_plan(const Request& request) {
+  const std::string operation = text_in(request.body, "operation").value_or("");
+  const std::string optimise = text_in(request.body, "optimise").value_or("");
+  if (!optimise.empty() && optimise != "time" && optimise != "feed")
+    return refusal(400, "optimise: expected \"time\" or \"feed\"");
   if (!job_.is_right())
     return refusal(409, job_.is_open() ? "the job has errors; mend them first" : "no job is open");
   if (part_.stl().empty()) return refusal(409, "there is no part that has been read");
-  const PlanInput input{job_.file(), part_.stl(), job_.machine(), job_.id(), part_.id()};
+  PlanInput input{job_.file(), part_.stl(), job_.machine(), job_.id(), part_.id(), operation, optimise, {}};
+  for (const config::Job& job : job_.operations())
+    if (operation.empty() || job.operation.name == operation)
+      input.operations.push_back({job.operation.name, folder_of(job.operation)});
+  if (input.operations.empty()) return refusal(409, "there is no operation of this name");
   if (const Result<void> begun = plan_.start(input); !begun) return refused_by(begun.error());
   return text_reply(plan_.describe(), 202);
 }
@@ -340,9 +378,10 @@ std::optional<PlannedProgram> Desk::planned() const {
   const std::string file = job.is_object() ? job.value("name", "program") : "program";
   PlannedProgram planned{program.file, std::filesystem::path(file).stem().string(), std::nullopt, {}};
   const CutInput with = plan_.cut_input();
-  const auto loaded = config::load_job_with(with.job, {with.stl, with.machine});
+  const auto loaded = config::load_operations(
+      with.job, {.stl = with.stl, .machine = with.machine, .operation = with.operation});
   if (!loaded) return planned;
-  planned.placing = Placing{loaded->machine.model, loaded->setup};
+  planned.placing = placing_of_operations(*loaded);
   planned.scene = scene_of(*loaded, with.stl, with.machine);
   return planned;
 }

@@ -82,6 +82,8 @@ class Desk {
   Reply set_unit(const Request& request);
   Reply mesh(const Request& request);
   Reply edges(const Request& request);
+  Reply part_model(const Request& request);
+  Reply part_faces(const Request& request);
   Reply job_text(const Request& request);
   Reply put_job(const Request& request);
   Reply job_changed();
@@ -98,6 +100,7 @@ class Desk {
   Reply new_job(const Request& request);
   Reply job_file(const Request& request);
   Reply edit_job(const Request& request);
+  Reply edit_operations(const Request& request);
   Reply schema(const Request& request);
   Reply start_suggest(const Request& request);
   Reply cancel_suggest(const Request& request);
@@ -120,6 +123,7 @@ class Desk {
   Reply raise_shop(const Request& request);
   Reply take_back(const Request& request, const char* command);
   AskedPart asked_part() const;
+  PartChoice chosen_part() const;
   std::optional<PlannedProgram> planned() const;
   Result<void> copy_part(const std::string& path, const std::string& unit);
 

@@ -16,12 +16,12 @@ Reply Desk::cancel_cut(const Request&) {
   return text_reply(cut_.describe(), 202);
 }
 
-Reply Desk::cut_view(const Request&) { return cut_.view(); }
+Reply Desk::cut_view(const Request& request) { return cut_.view(request.operation); }
 
-Reply Desk::cut_before(const Request&) { return cut_.before(); }
+Reply Desk::cut_before(const Request& request) { return cut_.before(request.operation); }
 
-Reply Desk::cut_page(const Request&) { return cut_.page(); }
+Reply Desk::cut_page(const Request& request) { return cut_.page(request.operation); }
 
-Reply Desk::cut_report(const Request&) { return cut_.report(); }
+Reply Desk::cut_report(const Request& request) { return cut_.report(request.operation); }
 
 }  // namespace tiltfeed::desk

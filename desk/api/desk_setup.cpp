@@ -1,9 +1,11 @@
 // The requests that set a job up: part, machine, forms, proposals, reach.
 
+#include <charconv>
 #include <nlohmann/json.hpp>
 
 #include "config/machine_files.h"
 #include "config/new_job.h"
+#include "config/operations.h"
 #include "desk/api/desk.h"
 #include "desk/api/job_schema.h"
 #include "desk/api/replies.h"
@@ -98,19 +100,53 @@ Reply Desk::edit_job(const Request& request) {
   return job_changed();
 }
 
-Reply Desk::schema(const Request&) {
+Reply Desk::edit_operations(const Request& request) {
+  const json body = json::parse(request.body, nullptr, false);
+  const auto number = [&](const char* key) -> std::size_t {
+    const json value = body.is_object() ? body.value(key, json()) : json();
+    return value.is_number_unsigned() && value <= config::kMostOperations ? value.get<std::size_t>() : 0;
+  };
+  const std::string what = text_in(request.body, "do").value_or("");
+  const std::size_t operation = number("number");
+  const auto name = text_in(request.body, "name"), section = text_in(request.body, "section");
+  Result<void> done;
+  if (what == "copy" && name)
+    done = job_.copy_operation(operation, *name);
+  else if (what == "move" && number("to") > 0)
+    done = job_.move_operation(operation, number("to"));
+  else if (what == "remove")
+    done = job_.take_out_operation(operation);
+  else if ((what == "own" || what == "share") && section)
+    done = job_.set_own(operation, *section, what == "own");
+  else
+    return refusal(
+        400,
+        "expected {\"do\": \"copy\", \"number\": 1, \"name\": \"...\"}, move with to, remove, or own "
+        "and share with section");
+  if (!done) return refused_by(done.error());
+  return job_changed();
+}
+
+Reply Desk::schema(const Request& request) {
   if (!job_.is_open()) return refusal(409, "no job is open");
-  const Result<std::string> keys = job_schema(job_.text());
+  std::size_t operation = 0;
+  const std::string& stated = request.operation;
+  const auto [end, error] = std::from_chars(stated.data(), stated.data() + stated.size(), operation);
+  if (!stated.empty() && (error != std::errc{} || end != stated.data() + stated.size()))
+    return refusal(400, "operation: expected its number in the list, from 1");
+  const Result<std::string> keys = job_schema(job_.text(), operation);
   if (!keys) return refused_by(keys.error());
   return text_reply("{\"id\": " + std::to_string(job_.id()) + ", \"form\": " + *keys + "}");
 }
 
-Reply Desk::start_suggest(const Request&) {
+Reply Desk::start_suggest(const Request& request) {
   if (!job_.is_right())
     return refusal(409, job_.is_open() ? "the job has errors; mend them first" : "no job is open");
   if (part_.stl().empty()) return refusal(409, "there is no part that has been read");
-  const SuggestInput input{part_.stl(), job_.unit(), job_.machine(),
-                           config::cutter_text(job_.job().plan.cutter), part_.id()};
+  const config::Job* const job = job_.operation(text_in(request.body, "operation").value_or(""));
+  if (job == nullptr) return refusal(409, "there is no operation of this name");
+  const SuggestInput input{part_.stl(), job_.unit(), job_.machine(), config::cutter_text(job->plan.cutter),
+                           part_.id(),  job->bodies};
   if (const Result<void> begun = suggest_.start(input); !begun) return refused_by(begun.error());
   return text_reply(suggest_.describe(), 202);
 }
@@ -121,7 +157,8 @@ Reply Desk::cancel_suggest(const Request&) {
 }
 
 AskedPart Desk::asked_part() const {
-  return {part_.stl(), part_.id(), unit_length(part_.unit()).value_or(1.0)};
+  return {part_.stl(), part_.id(), unit_length(part_.unit()).value_or(1.0), part_.choice().bodies,
+          part_.choice().deviation};
 }
 
 Reply Desk::ask_reach(const Request& request) {
@@ -133,7 +170,8 @@ Reply Desk::ask_reach(const Request& request) {
   if (!text) return refused_by(text.error());
   const Result<std::string> whole = job_.whole(*text);
   if (!whole) return refused_by(whole.error());
-  return asked(reach_.ask(asked_part(), job_.id(), *whole, job_.machine(), body.value("exact", false)));
+  return asked(reach_.ask(asked_part(), {job_.id(), *whole, text_in(request.body, "operation").value_or("")},
+                          job_.machine(), body.value("exact", false)));
 }
 
 Reply Desk::reach_map(const Request&) { return reach_.map(); }

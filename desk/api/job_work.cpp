@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "config/body_keys.h"
 #include "config/description.h"
 #include "config/job_catalogue.h"
 #include "config/machine_files.h"
@@ -13,7 +14,6 @@
 #include "config/output_file.h"
 #include "config/yaml_tree.h"
 #include "desk/view/part_view.h"
-#include "desk/view/tool_outline.h"
 
 namespace tiltfeed::desk {
 namespace {
@@ -76,35 +76,51 @@ std::vector<JobError> JobWork::other_files() const {
   return errors;
 }
 
+namespace {
+
+/// Each place that names a tool library: of the job, and of its operations.
+std::vector<const config::YamlNode*> libraries_in(const config::YamlNode& tree) {
+  std::vector<const config::YamlNode*> maps{&tree}, found;
+  if (const config::YamlNode* list = child(tree, "operations"))
+    for (const config::YamlNode& one : list->items) maps.push_back(&one);
+  for (const config::YamlNode* map : maps)
+    if (const config::YamlNode* cutter = child(*map, "cutter"))
+      if (const config::YamlNode* library = child(*cutter, "library")) found.push_back(library);
+  return found;
+}
+
+}  // namespace
+
 Result<std::string> JobWork::whole(const std::string& text) const {
   const Result<config::YamlNode> now = config::parse_yaml(text, file_);
   if (!now) return tl::unexpected<Error>(now.error());
-  const config::YamlNode *cutter = child(*now, "cutter"),
-                         *library = cutter ? child(*cutter, "library") : nullptr;
-  if (library == nullptr) return text;
-  if (tools_.empty() || library->text != tools_name_)
-    return fail(Code::kInput,
-                config::to_string(file_, library->place) + ": cutter.library: the desk works with " +
-                    (tools_.empty() ? "no library" : config::quoted(tools_name_)) +
-                    "; to take another file, change the job file and start tiltfeed desk again");
-  return config::with_tool_written_out(text, file_, {stl_, machine_, tools_});
+  const std::vector<const config::YamlNode*> libraries = libraries_in(*now);
+  for (const config::YamlNode* library : libraries)
+    if (tools_.empty() || library->text != tools_name_)
+      return fail(Code::kInput,
+                  config::to_string(file_, library->place) + ": cutter.library: the desk works with " +
+                      (tools_.empty() ? "no library" : config::quoted(tools_name_)) +
+                      "; to take another file, change the job file and start tiltfeed desk again");
+  return libraries.empty() ? text : config::with_tool_written_out(text, file_, {stl_, machine_, tools_});
 }
 
 Result<void> JobWork::open(const std::string& path) {
-  Result<config::Job> job = config::load_job(path);
-  if (!job) return tl::unexpected<Error>(job.error());
+  const Result<std::vector<config::Job>> jobs = config::load_operations(path, {});
+  if (!jobs) return tl::unexpected<Error>(jobs.error());
+  const config::Job& job = jobs->front();
   const Result<std::string> text = config::read_config_text(path);
   if (!text) return tl::unexpected<Error>(text.error());
   opened_ = path;
-  stl_ = job->stl_path;
-  machine_ = job->machine.path;
+  stl_ = job.stl_path;
+  machine_ = job.machine.path;
   chosen_ = false;
   const Result<config::YamlNode> tree = config::parse_yaml(*text, path);
   if (!tree) return tl::unexpected<Error>(tree.error());
   machine_name_ = child(*tree, "machine")->text;
-  if (!job->tools_path.empty()) {
-    tools_ = job->tools_path;
-    tools_name_ = child(*child(*tree, "cutter"), "library")->text;
+  // Those of other names are errors of the text: whole().
+  if (const auto libraries = libraries_in(*tree); !libraries.empty()) {
+    tools_name_ = libraries.front()->text;
+    tools_ = config::beside_file(path, tools_name_);
   }
   saved_ = *text;
   id_ = 1;
@@ -157,22 +173,20 @@ Result<std::string> JobWork::with(const std::vector<config::YamlEdit>& edits) co
   if (!is_open()) return fail(Code::kUsage, "no job is open");
   std::string text = text_;
   const auto change = [&](const config::YamlEdit& edit) -> Result<void> {
-    const Result<config::KeyLog> log = config::job_keys(text);
-    if (!log) return fail(Code::kInput, "the text has an error that hides its keys; mend it in the text");
-    const auto order = [&](const std::string& section) { return log->known(section); };
-    Result<std::string> changed = config::edited(text, edit, order);
+    const Result<config::KeyOrder> order = config::key_order(text);
+    if (!order) return fail(Code::kInput, "the text has an error that hides its keys; mend it in the text");
+    Result<std::string> changed = config::edited(text, edit, *order);
     if (!changed) return tl::unexpected<Error>(changed.error());
     text = std::move(*changed);
     return {};
   };
   for (const config::YamlEdit& edit : edits)
     if (const Result<void> done = change(edit); !done) return tl::unexpected<Error>(done.error());
-  const Result<config::KeyLog> log = config::job_keys(text);
-  if (!log) return tl::unexpected<Error>(log.error());
-  for (const config::KeyFact& fact : log->facts())
-    if (fact.present && !fact.unused.empty())
-      if (const Result<void> done = change({fact.path, std::nullopt}); !done)
-        return tl::unexpected<Error>(done.error());
+  const auto unused = config::unused_keys(text);
+  if (!unused) return tl::unexpected<Error>(unused.error());
+  for (const std::string& path : *unused)
+    if (const Result<void> done = change({path, std::nullopt}); !done)
+      return tl::unexpected<Error>(done.error());
   return text;
 }
 
@@ -194,10 +208,10 @@ Result<void> JobWork::check() {
   std::ofstream out(file_, std::ios::binary | std::ios::trunc);
   if (!(out << (text ? *text : text_) << std::flush))
     return fail(Code::kIo, file_ + ": cannot be written; is the disk full?");
-  Result<config::Job> job = text ? config::load_job_with(file_, {stl_, machine_})
-                                 : Result<config::Job>(tl::unexpected<Error>(text.error()));
-  errors_ = job ? other_files() : split_errors(job.error().message, file_);
-  if (job) job_ = std::move(*job);
+  auto jobs = text ? config::load_operations(file_, {.stl = stl_, .machine = machine_})
+                   : Result<std::vector<config::Job>>(tl::unexpected<Error>(text.error()));
+  errors_ = jobs ? other_files() : split_errors(jobs.error().message, file_);
+  if (jobs) jobs_ = std::move(*jobs);
   return {};
 }
 
@@ -244,65 +258,6 @@ Result<void> JobWork::save() {
   const Result<void> written = config::write_file(opened_, text_);
   if (written) saved_ = text_;
   return written;
-}
-
-std::string JobWork::unit() const {
-  for (const StlUnit& unit : kStlUnits)
-    if (job_.stl_unit_mm == unit.mm) return unit.word;
-  return config::exact_text(job_.stl_unit_mm);
-}
-
-namespace {
-
-/// Cutter, shank and holder, to draw them.
-json tool_json(const pathgen::Cutter& cutter) {
-  json pieces = json::array();
-  for (const ToolOutline& piece : tool_outline(cutter))
-    pieces.push_back({{"part", piece.part}, {"outline", piece.points}});
-  return pieces;
-}
-
-/// X, Y, Z, tilt, rotary: limits of travel, speed (a minute) and acceleration (a second squared).
-json axes_json(const MachineModel& m) {
-  json axes = json::array();
-  const auto add = [&](const char letter, const char* unit, bool present, const auto& axis) {
-    axes.push_back({{"letter", std::string(1, letter)},
-                    {"unit", unit},
-                    {"present", present},
-                    {"min", axis.min},
-                    {"max", axis.max},
-                    {"velocity", axis.velocity},
-                    {"acceleration", axis.acceleration}});
-  };
-  add('X', "mm", true, m.x);
-  add('Y', "mm", true, m.y);
-  add('Z', "mm", true, m.z);
-  add(m.tilt.letter, "degrees", m.tilt.present, m.tilt);
-  add(m.rotary.letter, "degrees", m.rotary.present, m.rotary);
-  return axes;
-}
-
-}  // namespace
-
-std::string JobWork::describe() const {
-  if (!is_open()) return "null";
-  json errors = json::array();
-  for (const JobError& error : errors_)
-    errors.push_back({{"line", error.line}, {"column", error.column}, {"message", error.message}});
-  json about{{"id", id_},
-             {"name", opened_.empty() ? std::filesystem::path(made_.part).stem().string() + ".yaml"
-                                      : std::filesystem::path(opened_).filename().string()},
-             {"saved", !opened_.empty() && text_ == saved_},
-             {"made_here", !made_.part.empty()},
-             {"can_save", !opened_.empty() || !made_.folder.empty()},
-             {"errors", errors},
-             {"machine", job_.machine.model.name},
-             {"cutter",
-              {{"diameter_mm", job_.plan.cutter.diameter},
-               {"length_mm", job_.plan.cutter.shank_length},
-               {"tool", tool_json(job_.plan.cutter)}}},
-             {"axes", axes_json(job_.machine.model)}};
-  return about.dump(-1, ' ', true, json::error_handler_t::replace);
 }
 
 }  // namespace tiltfeed::desk

@@ -47,6 +47,14 @@ class JobWork {
   /// Changes in the text, all of them or none; keys that the changed job refuses become remarks.
   /// Errors: as set_text() and config::edited().
   Result<void> edit(const std::vector<config::YamlEdit>& edits);
+  /// One operation more, less, or at another place of the list. Errors: as set_text() and config/list_edit.h;
+  /// kUsage: the name is taken, or none.
+  Result<void> copy_operation(std::size_t number, const std::string& name);
+  Result<void> move_operation(std::size_t from, std::size_t to);
+  Result<void> take_out_operation(std::size_t number);
+  /// An operation states a section (or a key of no section, or of `program`) itself from now on, as the job
+  /// says it for all; or no longer. Errors: as edit(); kUsage: there is no such operation or section.
+  Result<void> set_own(std::size_t number, const std::string& section, bool own);
   /// The text with these changes; nothing else happens. Errors: as config::edited().
   Result<std::string> with(const std::vector<config::YamlEdit>& edits) const;
   /// A text as other processes read it: with the tool written out of the library that the file named when it
@@ -60,7 +68,8 @@ class JobWork {
   /// kIo.
   Result<void> save();
 
-  /// JSON: null without a job; else id (of the text), name, saved, machine, part unit, cutter, errors.
+  /// JSON: null without a job; else id (of the text), name, saved, machine, part unit, cutter, errors,
+  /// operations.
   std::string describe() const;
   const std::string& text() const { return text_; }
   bool is_open() const { return id_ != 0; }
@@ -68,8 +77,12 @@ class JobWork {
   bool is_made_here() const { return !made_.part.empty(); }
   bool is_right() const { return id_ != 0 && errors_.empty(); }
   std::uint64_t id() const { return id_; }
-  /// Of a job that is right.
-  const config::Job& job() const { return job_; }
+  /// Of a job that is right; of several operations the first that is planned.
+  const config::Job& job() const { return jobs_.front(); }
+  /// All of them, in the order in which they are planned.
+  const std::vector<config::Job>& operations() const { return jobs_; }
+  /// That of this name; empty: the first. Null: there is none.
+  const config::Job* operation(const std::string& name) const;
   const std::string& file() const { return file_; }
   const std::string& machine() const { return machine_; }
   const std::string& stl() const { return stl_; }
@@ -78,6 +91,8 @@ class JobWork {
 
  private:
   Result<void> check();
+  /// A name that no operation has, and that can be one. Errors: kUsage.
+  Result<void> check_new_name(const std::string& name) const;
   /// The text names another part or machine than the desk works with.
   std::vector<JobError> other_files() const;
   /// The profile that comes with the program, as a file of this folder. Errors: kUsage: there is none; kIo.
@@ -93,7 +108,7 @@ class JobWork {
   NewDeskJob made_;
   std::uint64_t id_ = 0;
   std::vector<JobError> errors_;
-  config::Job job_;
+  std::vector<config::Job> jobs_{1};  ///< when it was right last
 };
 
 }  // namespace tiltfeed::desk

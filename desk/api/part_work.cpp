@@ -6,8 +6,10 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "config/description.h"
 #include "desk/http/access_check.h"
 #include "desk/view/part_view.h"
+#include "pathgen/part_file/file_kind.h"
 
 namespace tiltfeed::desk {
 namespace {
@@ -46,15 +48,28 @@ tl::unexpected<Error> no_unit(const std::string& word) {
 Result<void> PartWork::take(const std::string& path, const std::string& name, const std::string& unit) {
   if (!unit_length(unit)) return no_unit(unit);
   sample_.clear();
+  readable_ = false;
   const std::string kept = folder_ + "/part.stl";
   child_.reset();  // the reader of the part before
-  std::error_code error;
+  std::error_code error, error_of_model;
   std::filesystem::rename(path, kept, error);
+  std::filesystem::remove(folder_ + "/model.json", error_of_model);
   if (error) return fail(Code::kIo, kept + ": " + error.message());
   stl_ = kept;
   name_ = name;
   unit_ = unit;
   return read();
+}
+
+bool PartWork::has_surfaces() const {
+  return !stl_.empty() && pathgen::has_surfaces(pathgen::format_of_file(stl_));
+}
+
+void PartWork::choose(const PartChoice& choice) {
+  if (choice == choice_) return;
+  choice_ = choice;
+  const bool there = !stl_.empty() && sample_.empty();
+  if (there && pathgen::format_of_file(stl_) != pathgen::PartFormat::kMesh) (void)read();
 }
 
 Result<void> PartWork::make(const std::string& maker, const std::string& sample) {
@@ -83,8 +98,11 @@ Result<void> PartWork::read() {
   seen_.clear();
   error_.clear();
   child_.reset();
-  Result<ChildProcess> child =
-      ChildProcess::start({program_, "--view-part", stl_, "--unit", unit_, "--into", folder_});
+  std::vector<std::string> words{program_, "--view-part", stl_, "--unit", unit_, "--into", folder_};
+  for (const std::string& body : choice_.bodies) words.push_back("--body=" + body);
+  for (const std::string& face : choice_.avoid) words.push_back("--avoid=" + face);
+  if (choice_.deviation > 0.0) words.push_back("--deviation=" + config::exact_text(choice_.deviation));
+  Result<ChildProcess> child = ChildProcess::start(words);
   if (!child) {
     state_ = "refused";
     error_ = child.error().message;
@@ -105,6 +123,7 @@ void PartWork::hear() {
   }
   seen_ = end.status == 0 ? contents(folder_ + "/part.json") : "";
   state_ = end.status == 0 ? "ready" : "refused";
+  readable_ = end.status == 0;
   if (end.status != 0) error_ = named(last_words(end.text, "tiltfeed-desk: "), stl_, name_);
   tell_("part", describe());
 }
@@ -117,6 +136,8 @@ std::string PartWork::describe() const {
   about["name"] = name_;
   about["unit"] = unit_;
   about["state"] = state_;
+  std::error_code ignored;
+  about["listed"] = state_ != "reading" && std::filesystem::exists(folder_ + "/model.json", ignored);
   if (!error_.empty()) about["error"] = error_;
   return about.dump(-1, ' ', true, json::error_handler_t::replace);
 }
@@ -126,6 +147,15 @@ Reply PartWork::buffer(const char* file) const {
   Reply reply;
   reply.type = kOctets;
   reply.file = folder_ + "/" + file;
+  return reply;
+}
+
+Reply PartWork::model() const {
+  std::error_code ignored;
+  Reply reply;
+  reply.file = folder_ + "/model.json";
+  if (state_ == "reading" || !std::filesystem::exists(reply.file, ignored))
+    return refusal(409, "there is no part that has been read");
   return reply;
 }
 

@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "desk/http/http_message.h"
 #include "desk/work/child_process.h"
@@ -13,6 +14,13 @@ namespace tiltfeed::desk {
 
 /// Tells every page that listens: an event's name, and its JSON.
 using Teller = std::function<void(const std::string&, const std::string&)>;
+
+/// What a job says of the part besides its unit.
+struct PartChoice {
+  std::vector<std::string> bodies = {}, avoid = {};  ///< as PartAsked has them
+  double deviation = 0.0;                            ///< mm; 0: nobody has said
+  bool operator==(const PartChoice&) const = default;
+};
 
 class PartWork {
  public:
@@ -25,6 +33,14 @@ class PartWork {
   Result<void> take(const std::string& path, const std::string& name, const std::string& unit);
   /// Makes one of the formula parts and takes it. `maker`: tiltfeed-sim. Errors: kUsage: no such part; kIo.
   Result<void> make(const std::string& maker, const std::string& sample);
+  /// What of it is drawn, and how finely, as the job has it; it is read again where that is not what is
+  /// drawn.
+  void choose(const PartChoice& choice);
+  /// The same for the part that is taken next.
+  void choose_for_next(const PartChoice& choice) { choice_ = choice; }
+  /// Its facets are made of surfaces.
+  bool has_surfaces() const;
+  const PartChoice& choice() const { return choice_; }
   /// Reads the part again, as of another unit. Errors: kUsage: there is no part, or no such unit.
   Result<void> set_unit(const std::string& unit);
 
@@ -33,8 +49,12 @@ class PartWork {
   std::string describe() const;
   Reply mesh() const { return buffer("mesh.f32"); }
   Reply edges() const { return buffer("edges.f32"); }
-  /// Empty without a part that is ready.
-  std::string stl() const { return state_ == "ready" ? stl_ : ""; }
+  /// The face of each facet, of a file that has faces.
+  Reply faces() const { return buffer("faces.u32"); }
+  /// All bodies and faces of the file, JSON; of a part that was refused for the bodies that a job names, too.
+  Reply model() const;
+  /// Empty without a part that can be read: it is ready, or was, and is read again.
+  std::string stl() const { return state_ == "ready" || (state_ == "reading" && readable_) ? stl_ : ""; }
   const std::string& unit() const { return unit_; }
   const std::string& name() const { return name_; }
   std::uint64_t id() const { return id_; }
@@ -52,6 +72,8 @@ class PartWork {
   std::uint64_t id_ = 0;  // of the part and its unit; 0: none
   std::string name_, unit_, stl_, state_, error_, seen_;
   std::string sample_;  // the part that is being made
+  PartChoice choice_;
+  bool readable_ = false;
   std::optional<ChildProcess> child_;
 };
 

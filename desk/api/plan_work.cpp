@@ -26,10 +26,13 @@ Result<void> PlanWork::start(const PlanInput& input) {
   std::filesystem::copy_file(input.job, in_folder("plan.yaml"), error);
   if (!error) std::filesystem::create_hard_link(input.stl, in_folder("plan.stl"), error);
   if (error) return fail(Code::kIo, folder_ + ": " + error.message());
-  Result<ChildProcess> child = ChildProcess::start(
-      {program_, "plan", in_folder("plan.yaml"), "--stl", in_folder("plan.stl"), "--machine", input.machine,
-       "--out", in_folder("part.nc"), "--map", in_folder("part.map"), "--drawing", in_folder("path.f32"),
-       "--report", in_folder("report.json"), "--progress", in_folder("progress")});
+  std::vector<std::string> words({program_, "plan", in_folder("plan.yaml"), "--stl", in_folder("plan.stl"),
+                                  "--machine", input.machine, "--out", in_folder("part.nc"), "--map",
+                                  in_folder("part.map"), "--drawing", in_folder("path.f32"), "--report",
+                                  in_folder("report.json"), "--progress", in_folder("progress")});
+  if (!input.operation.empty()) words.insert(words.end(), {"--operation", input.operation});
+  if (!input.optimise.empty()) words.insert(words.end(), {"--optimise", input.optimise});
+  Result<ChildProcess> child = ChildProcess::start(words);
   if (!child) return tl::unexpected<Error>(child.error());
   child_.emplace(std::move(*child));
   ++id_;
@@ -70,6 +73,8 @@ void PlanWork::look() {
 std::string PlanWork::describe() const {
   if (id_ == 0) return "null";
   json about{{"id", id_}, {"job", input_.job_id}, {"part", input_.part_id}, {"state", state_}};
+  if (!input_.operation.empty()) about["operation"] = input_.operation;
+  if (!input_.optimise.empty()) about["optimise"] = input_.optimise;
   if (!error_.empty()) about["error"] = error_;
   if (const auto at = parse_progress(progress_); at && state_ == "planning")
     about["percent"] = at->percent, about["stage"] = at->stage;

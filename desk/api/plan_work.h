@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "desk/api/cut_work.h"
 #include "desk/api/part_work.h"
@@ -16,6 +17,9 @@ namespace tiltfeed::desk {
 struct PlanInput {
   std::string job, stl, machine;
   std::uint64_t job_id = 0, part_id = 0;
+  std::string operation = {};                         ///< planned alone; empty: all of the job
+  std::string optimise = {};                          ///< as `tiltfeed plan --optimise`; empty: not
+  std::vector<CutOperation> operations = {{"", ""}};  ///< of the program, in its order
 };
 
 class PlanWork {
@@ -29,8 +33,9 @@ class PlanWork {
   /// Errors: kUsage: none is in work.
   Result<void> cancel();
 
-  /// JSON: null without a plan; else id, job, part (their ids), state (planning, planned, refused,
-  /// cancelled), while planning stage and percent, error when refused.
+  /// JSON: null without a plan; else id, job, part (their ids), operation and optimise where they were asked
+  /// for, state (planning, planned, refused, cancelled), while planning stage and percent, error when
+  /// refused.
   std::string describe() const;
   Reply program() const { return file("part.nc", "text/plain; charset=utf-8"); }
   Reply drawing() const { return file("path.f32", "application/octet-stream"); }
@@ -38,9 +43,11 @@ class PlanWork {
   Reply report() const { return file("report.json", "application/json"); }
 
   bool is_planned() const { return state_ == "planned"; }
+  const PlanInput& input() const { return input_; }
   /// What a cut of it needs. Requires: is_planned().
   CutInput cut_input() const {
-    return {folder_ + "/plan.yaml", folder_ + "/plan.stl", input_.machine, folder_ + "/part.nc", id_};
+    return {folder_ + "/plan.yaml", folder_ + "/plan.stl", input_.machine, folder_ + "/part.nc", id_,
+            input_.operation,       input_.operations};
   }
 
   bool is_working() const { return child_.has_value(); }

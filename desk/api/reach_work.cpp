@@ -21,19 +21,22 @@ Result<std::uint64_t> ReachWork::say(const std::string& question) {
   return asked_;
 }
 
-Result<std::uint64_t> ReachWork::ask(const AskedPart& part, std::uint64_t job_id, const std::string& job_text,
-                                     const std::string& machine, bool exact) {
+Result<std::uint64_t> ReachWork::ask(const AskedPart& part, const AskedJob& asked, const std::string& machine,
+                                     bool exact) {
   const std::string number = std::to_string(++asked_);
   const std::string job = folder_ + "/reach-" + number + ".yaml";
-  if (const Result<void> kept = config::write_file(job, job_text); !kept)
+  if (const Result<void> kept = config::write_file(job, asked.text); !kept)
     return tl::unexpected<Error>(kept.error());
   part_ = part.id;
   return say(json{
       {"do", "reach"},
       {"id", asked_},
       {"part", part.id},
+      {"bodies", part.bodies},
+      {"deviation", part.deviation},
       {"job", job},
-      {"of", job_id},
+      {"of", asked.id},
+      {"operation", asked.operation},
       {"stl", part.stl},
       {"machine", machine},
       {"out", folder_ + "/reach-" + number + ".u8"},
@@ -46,6 +49,8 @@ Result<std::uint64_t> ReachWork::fit(const AskedPart& part, const std::vector<st
   return say(json{{"do", "fit"},
                   {"id", ++asked_},
                   {"part", part.id},
+                  {"bodies", part.bodies},
+                  {"deviation", part.deviation},
                   {"stl", part.stl},
                   {"unit_mm", part.unit_mm},
                   {"facets", facets},

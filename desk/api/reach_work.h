@@ -18,6 +18,15 @@ struct AskedPart {
   std::string stl;
   std::uint64_t id = 0;
   double unit_mm = 1.0;
+  std::vector<std::string> bodies = {};  ///< that are drawn; empty: all
+  double deviation = 0.0;                ///< of facets from surfaces, mm; 0: nobody has said
+};
+
+/// What of which job.
+struct AskedJob {
+  std::uint64_t id = 0;  ///< of the text that it was made of; the answer has it, too
+  std::string text;
+  std::string operation = {};  ///< its name; empty: the first
 };
 
 class ReachWork {
@@ -28,9 +37,8 @@ class ReachWork {
 
   /// The number of the question; its answer is the event `reach`. Of several that wait the newest is
   /// answered. Errors: kIo.
-  /// `job`: the id of the job that the text was made of; the answer has it, too.
-  Result<std::uint64_t> ask(const AskedPart& part, std::uint64_t job, const std::string& job_text,
-                            const std::string& machine, bool exact);
+  Result<std::uint64_t> ask(const AskedPart& part, const AskedJob& job, const std::string& machine,
+                            bool exact);
   /// The same for the shapes about facets of the file: the event `fit`. Errors: kIo.
   Result<std::uint64_t> fit(const AskedPart& part, const std::vector<std::uint32_t>& facets,
                             double spread_deg);

@@ -240,12 +240,10 @@ std::optional<Placing> RunApi::placing_of(std::uint64_t job, const std::string& 
   } else if (!machine_.empty()) {
     scene.machine = machine_;
     const std::string part = folder + "/part.stl";
-    // Part, machine and set-up are those of all operations, but for the tool's length.
     const config::JobFiles files{.stl = part, .machine = machine_};
     if (const auto loaded = config::load_operations(folder + "/job.yaml", files)) {
-      const config::Job& first = loaded->front();
-      placing = Placing{first.machine.model, first.setup};
-      scene = scene_of(first, part, machine_);
+      placing = placing_of_operations(*loaded);
+      scene = scene_of(*loaded, part, machine_);
     }
   }
   scene.job = job;

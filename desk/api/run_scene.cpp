@@ -17,15 +17,33 @@ using nlohmann::json;
 constexpr const char* kDrawnTolerance = "0.02";     // mm
 constexpr const char* kDrawnAxisTolerance = "0.5";  // degrees
 
+json tool_json(const std::vector<ToolOutline>& tool) {
+  json pieces = json::array();
+  for (const ToolOutline& piece : tool) pieces.push_back({{"part", piece.part}, {"outline", piece.points}});
+  return pieces;
+}
+
 }  // namespace
 
-SceneInput scene_of(const config::Job& job, const std::string& part, const std::string& machine) {
+SceneInput scene_of(const std::vector<config::Job>& jobs, const std::string& part,
+                    const std::string& machine) {
+  const config::Job& job = jobs.front();
   SceneInput scene;
   scene.part = part;
   scene.machine = machine;
   scene.unit = config::exact_text(job.stl_unit_mm);
+  scene.bodies = job.bodies;
   scene.tool = tool_outline(job.plan.cutter);
+  for (const config::Job& one : jobs)
+    if (!one.operation.name.empty())
+      scene.operations.emplace_back(one.operation.name, tool_outline(one.plan.cutter));
   return scene;
+}
+
+Placing placing_of_operations(const std::vector<config::Job>& jobs) {
+  Placing placing{jobs.front().machine.model, jobs.front().setup, {}};
+  for (const config::Job& job : jobs) placing.operations[job.operation.name] = job.setup;
+  return placing;
 }
 
 RunScene::RunScene(std::string tiltfeed, std::string self, std::string folder, std::function<void()> told)
@@ -46,6 +64,7 @@ void RunScene::begin(SceneInput input) {
   if (!input_.part.empty()) {
     part_.state = State::kWaiting;
     part_.words = {self_, "--view-part", input_.part, "--unit", input_.unit, "--into", folder_};
+    for (const std::string& body : input_.bodies) part_.words.push_back("--body=" + body);
   }
   if (input_.machine.empty()) {
     refuse(path_, "the desk does not know the machine's profile");
@@ -98,9 +117,10 @@ std::string RunScene::describe() const {
   json about{{"job", input_.job}};
   for (const Piece* piece : {&path_, &part_}) about[piece->name] = kNames[static_cast<int>(piece->state)];
   if (!error_.empty()) about["error"] = error_;
-  about["tool"] = json::array();
-  for (const ToolOutline& piece : input_.tool)
-    about["tool"].push_back({{"part", piece.part}, {"outline", piece.points}});
+  about["tool"] = tool_json(input_.tool);
+  about["operations"] = json::array();
+  for (const auto& [name, tool] : input_.operations)
+    about["operations"].push_back({{"name", name}, {"tool", tool_json(tool)}});
   return about.dump(-1, ' ', true, json::error_handler_t::replace);
 }
 

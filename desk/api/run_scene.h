@@ -6,10 +6,12 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/job.h"
 #include "desk/http/http_message.h"
+#include "desk/service/run_watch.h"
 #include "desk/view/tool_outline.h"
 #include "desk/work/child_process.h"
 
@@ -19,12 +21,20 @@ namespace tiltfeed::desk {
 struct SceneInput {
   std::uint64_t job = 0;  ///< of the service
   std::string program, machine, part;
-  std::string unit = "mm";  ///< of the part
-  std::vector<ToolOutline> tool;
+  std::string unit = "mm";               ///< of the part
+  std::vector<std::string> bodies = {};  ///< of the part; empty: all
+  std::vector<ToolOutline> tool;         ///< of the first operation
+  /// Of each operation that has a name, in the order of the program.
+  std::vector<std::pair<std::string, std::vector<ToolOutline>>> operations = {};
 };
 
 /// What is drawn of a job but for its number and program. `part`, `machine`: the files that it was read with.
-SceneInput scene_of(const config::Job& job, const std::string& part, const std::string& machine);
+/// Requires: at least one operation.
+SceneInput scene_of(const std::vector<config::Job>& jobs, const std::string& part,
+                    const std::string& machine);
+
+/// Where its tools are on the part. Requires: at least one.
+Placing placing_of_operations(const std::vector<config::Job>& jobs);
 
 /// Properties: stays until the next run begins, so that what a run ended in can still be seen; what cannot
 /// be drawn is told as a refusal with its reason.

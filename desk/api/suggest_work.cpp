@@ -16,9 +16,11 @@ Result<void> SuggestWork::start(const SuggestInput& input) {
   const std::string report = folder_ + "/suggest.json", progress = folder_ + "/suggest.progress";
   std::error_code ignored;
   for (const std::string& file : {report, progress}) std::filesystem::remove(file, ignored);
-  Result<ChildProcess> child =
-      ChildProcess::start({program_, "suggest", input.stl, "--unit", input.unit, "--machine", input.machine,
-                           "--cutter", input.cutter, "--report", report, "--progress", progress});
+  std::vector<std::string> words{program_,    "suggest",     input.stl,  "--unit",     input.unit,
+                                 "--machine", input.machine, "--cutter", input.cutter, "--report",
+                                 report,      "--progress",  progress};
+  for (const std::string& body : input.bodies) words.push_back("--body=" + body);
+  Result<ChildProcess> child = ChildProcess::start(words);
   if (!child) return tl::unexpected<Error>(child.error());
   child_.emplace(std::move(*child));
   ++id_;

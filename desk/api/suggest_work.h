@@ -13,6 +13,7 @@ namespace tiltfeed::desk {
 struct SuggestInput {
   std::string stl, unit, machine, cutter;
   std::uint64_t part_id = 0;
+  std::vector<std::string> bodies = {};  ///< of the part; empty: all
 };
 
 class SuggestWork {

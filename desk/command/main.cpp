@@ -267,8 +267,11 @@ int run(int argc, char** argv) {
       "The page for one person at this computer: a part, its job, its program.\n"
       "It listens on this computer only, and prints the address to open."};
   app.set_version_flag("--version", "tiltfeed-desk " + config::version());
-  std::string open, view, unit = "mm", into;
-  app.add_option("FILE", open, "the job (.yaml) with its part, or the part (STL), to begin with");
+  std::string open, into;
+  PartAsked view;
+  app.add_option(
+      "FILE", open,
+      "the job (.yaml) with its part, or the part (STL, OBJ, PLY, 3MF, STEP, IGES), to begin with");
   config::DeskAccess access;
   std::string access_file;
   app.add_option("--access", access_file,
@@ -289,9 +292,12 @@ int run(int argc, char** argv) {
   app.add_option("--beside", service_file, "the file of that service (YAML): its socket and its machine");
   app.add_option("--machine", beside.machine,
                  "profile of that machine (YAML): shows the tool on the parts of jobs planned elsewhere");
-  app.add_option("--view-part", view)->group("");
-  app.add_option("--unit", unit)->group("");
+  app.add_option("--view-part", view.path)->group("");
+  app.add_option("--unit", view.unit)->group("");
   app.add_option("--into", into)->group("");
+  app.add_option("--body", view.bodies)->group("");
+  app.add_option("--avoid", view.avoid)->group("");
+  app.add_option("--deviation", view.deviation)->group("");
   bool answer = false;
   app.add_flag("--answer-reach", answer)->group("");
   if (argc == 2 && std::string_view(argv[1]) == config::kDescribeWord) {
@@ -322,8 +328,8 @@ int run(int argc, char** argv) {
     if (!queue) return complain(queue.error());
     beside.shop = *queue;
   }
-  if (view.empty()) return run_desk(open, access, beside);
-  const Result<void> written = write_part_view(view, unit, into);
+  if (view.path.empty()) return run_desk(open, access, beside);
+  const Result<void> written = write_part_view(view, into);
   return written ? 0 : complain(written.error());
 }
 

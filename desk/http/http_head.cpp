@@ -63,6 +63,7 @@ Request head_of(MHD_Connection* connection, const char* url, const char* method)
   request.transfer_encoding = header(connection, "Transfer-Encoding");
   request.name = value(connection, MHD_GET_ARGUMENT_KIND, "name");
   request.unit = value(connection, MHD_GET_ARGUMENT_KIND, "unit");
+  request.operation = value(connection, MHD_GET_ARGUMENT_KIND, "operation");
   request.length = number(header(connection, "Content-Length"));
   request.last_event_id = number(header(connection, "Last-Event-ID"));
   return request;

@@ -17,7 +17,7 @@ struct Request {
       if_none_match;
   std::string transfer_encoding;
   bool doubled = false;                        ///< a header that counts here stands twice
-  std::string name, unit;                      ///< of the query, where it has them
+  std::string name, unit, operation;           ///< of the query, where it has them
   std::optional<std::uint64_t> length;         ///< Content-Length, where it is a number
   std::optional<std::uint64_t> last_event_id;  ///< where it is a number
   std::string body;                            ///< of a text body

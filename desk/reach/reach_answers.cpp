@@ -9,10 +9,11 @@
 #include <vector>
 
 #include "config/job.h"
+#include "config/part_reading.h"
 #include "desk/reach/facet_patch.h"
 #include "kinematics/basics/tolerance_budget.h"
 #include "pathgen/mesh/mesh_check.h"
-#include "pathgen/mesh/stl.h"
+#include "pathgen/mesh/stl_facets.h"
 #include "pathgen/plan/exact_reach.h"
 #include "pathgen/reach/reach_scene.h"
 
@@ -77,6 +78,18 @@ json percent_of(const ReachMap& map) {
 
 }  // namespace
 
+namespace {
+
+/// The facets that are drawn: `bodies` and `deviation` of the question.
+config::PartRequest file_of(const json& asked, const std::string& stl, double unit_mm) {
+  config::PartRequest file{stl, unit_mm};
+  file.bodies = asked.value("bodies", std::vector<std::string>{});
+  if (const double deviation = asked.value("deviation", 0.0); deviation > 0.0) file.deviation = deviation;
+  return file;
+}
+
+}  // namespace
+
 struct ReachAnswers::Kept {
   std::string part, tool;  // what is kept was made of these
   std::size_t facets = 0;  // of the file
@@ -84,17 +97,18 @@ struct ReachAnswers::Kept {
   std::unique_ptr<pathgen::ReachScene> scene;
   std::vector<pathgen::ReachPlace> places;
 
-  Result<void> load(const std::string& stl, double unit_mm, double tolerance, const std::string& key);
+  Result<void> load(const config::PartRequest& file, double tolerance, const std::string& key);
   Result<void> prepare(const config::Job& job, const json& asked);
   std::string reach(const json& asked, const std::function<bool()>& newer);
   std::string fit(const json& asked);
 };
 
-Result<void> ReachAnswers::Kept::load(const std::string& stl, double unit_mm, double tolerance,
+Result<void> ReachAnswers::Kept::load(const config::PartRequest& file, double tolerance,
                                       const std::string& key) {
   if (key == part) return {};
-  const Result<pathgen::Stl> read = pathgen::read_stl(stl, unit_mm);
-  if (!read) return tl::unexpected<Error>(read.error());
+  const Result<pathgen::PartModel> model = config::read_part_file(file);
+  if (!model) return tl::unexpected<Error>(model.error());
+  const pathgen::Stl* const read = &model->mesh;
   Result<pathgen::CheckedMesh> checked = pathgen::check_mesh(*read, {ToleranceBudget(tolerance).repair()});
   if (!checked) return tl::unexpected<Error>(checked.error());
   scene.reset();
@@ -107,7 +121,8 @@ Result<void> ReachAnswers::Kept::load(const std::string& stl, double unit_mm, do
 Result<void> ReachAnswers::Kept::prepare(const config::Job& job, const json& asked) {
   const std::string key = text(asked.at("part")) + " " + std::to_string(job.stl_unit_mm) + " " +
                           std::to_string(job.plan.tolerance);
-  if (Result<void> loaded = load(job.stl_path, job.stl_unit_mm, job.plan.tolerance, key); !loaded)
+  if (Result<void> loaded = load(file_of(asked, job.stl_path, job.stl_unit_mm), job.plan.tolerance, key);
+      !loaded)
     return loaded;
   const std::string words = tool_words(job);
   if (scene && words == tool) return {};
@@ -120,10 +135,14 @@ Result<void> ReachAnswers::Kept::prepare(const config::Job& job, const json& ask
 std::string ReachAnswers::Kept::reach(const json& asked, const std::function<bool()>& newer) {
   const auto start = std::chrono::steady_clock::now();
   const std::string file = asked.at("job");
-  const Result<config::Job> job = config::load_job_with(file, {asked.at("stl"), asked.at("machine")});
+  const std::string operation = asked.value("operation", "");
+  auto jobs = config::load_operations(
+      file, {.stl = asked.at("stl"), .machine = asked.at("machine"), .operation = operation});
   std::error_code ignored;
   std::filesystem::remove(file, ignored);
-  if (!job) return refusal_of(asked.at("id"), "reach", job.error().message);
+  if (!jobs) return refusal_of(asked.at("id"), "reach", jobs.error().message);
+  config::Job* const job = &jobs->front();
+  job->plan.rest_more_than = 0.0;  // where the tool can be, whatever is left there
   if (const Result<void> ready = prepare(*job, asked); !ready)
     return refusal_of(asked.at("id"), "reach", ready.error().message);
   const pathgen::MachineReach machine(job->machine.model, job->setup);
@@ -159,7 +178,8 @@ std::string ReachAnswers::Kept::reach(const json& asked, const std::function<boo
 std::string ReachAnswers::Kept::fit(const json& asked) {
   const std::string key = text(asked.at("part")) + " fit";
   if (!mesh || part.rfind(text(asked.at("part")) + " ", 0) != 0)
-    if (const Result<void> loaded = load(asked.at("stl"), asked.at("unit_mm"), 0.01, key); !loaded)
+    if (const Result<void> loaded = load(file_of(asked, asked.at("stl"), asked.at("unit_mm")), 0.01, key);
+        !loaded)
       return refusal_of(asked.at("id"), "fit", loaded.error().message);
   const std::vector<std::uint32_t> picked = asked.at("facets");
   const FacetPatch patch = smooth_patch(mesh->mesh, picked, asked.at("spread_deg"));

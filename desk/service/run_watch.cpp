@@ -157,7 +157,7 @@ struct RunWatch::State {
     AxisPlaces axes;
     for (const auto& [letter, value] : place["program"].items())
       if (value.is_number()) axes[letter] = value.get<double>();
-    if (const auto pose = tool_place(axes, placing->machine, placing->setup))
+    if (const auto pose = tool_place(axes, placing->machine, placing->of(words_in(said, "operation"))))
       place["tool"] = {{"tip", {pose->tip.x, pose->tip.y, pose->tip.z}},
                        {"axis", {pose->axis.x, pose->axis.y, pose->axis.z}}};
     return place;

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,7 +17,13 @@ namespace tiltfeed::desk {
 /// How a job's part sits on its machine.
 struct Placing {
   MachineModel machine;
-  Setup setup;
+  Setup setup;                                   ///< of the first operation
+  std::map<std::string, Setup> operations = {};  ///< by name: each has the length of its tool
+
+  const Setup& of(const std::string& operation) const {
+    const auto found = operations.find(operation);
+    return found == operations.end() ? setup : found->second;
+  }
 };
 
 struct WatchCalls {

@@ -99,12 +99,14 @@ Result<std::string> machine_view(const config::Job& job) {
 }
 
 Result<void> machine_view_command(const MachineViewOptions& options) {
-  const auto job = config::load_job_with(options.job, {.machine = options.machine});
-  if (!job) return tl::unexpected(job.error());
+  // Machine, set-up and fixtures are those of all operations.
+  const auto jobs = config::load_operations(options.job, {.machine = options.machine});
+  if (!jobs) return tl::unexpected(jobs.error());
+  const config::Job& job = jobs->front();
   const auto fits =
-      config::check_outputs({{"--out", options.out}}, {{"JOB", options.job}, {"machine", job->machine.path}});
+      config::check_outputs({{"--out", options.out}}, {{"JOB", options.job}, {"machine", job.machine.path}});
   if (!fits) return fits;
-  const auto view = machine_view(*job);
+  const auto view = machine_view(job);
   if (!view) return tl::unexpected(view.error());
   return config::write_file(options.out, *view);
 }

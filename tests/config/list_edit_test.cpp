@@ -34,9 +34,21 @@ ops:
 b: 2
 )",
     "ops:\n- name: one\n- name: two\n  x: [1, 2]\n- name: three",
-    "ops: [{name: one}, {name: 'two', x: {y: 3}},\n  {name: three}]  # in braces\nb: 2\n",
-    "b: 2\nops:\n    -   name: one\n        x: \"a - b # c\"\n    -   name: two\n\n\n    -   name: "
-    "three\n\n# end\n",
+    R"(ops: [{name: one}, {name: 'two', x: {y: 3}},
+  {name: three}]  # in braces
+b: 2
+)",
+    R"(b: 2
+ops:
+    -   name: one
+        x: "a - b # c"
+    -   name: two
+
+
+    -   name: three
+
+# end
+)",
 };
 
 std::vector<std::string> names_in(const std::string& text) {

@@ -100,6 +100,12 @@ TEST(OperationKeys, a_key_is_unused_where_no_operation_may_have_it) {
   unused = unused_keys(text);
   ASSERT_TRUE(unused.has_value());
   EXPECT_EQ(*unused, std::vector<std::string>{"pattern.side_step_mm"});
+  // What the first two may have, and the last one may not, stays.
+  text = with(job_text(), "containment: {theta_deg: [-10, 10]}\n", "setup:") +
+         "  - name: last\n    axis: {mode: fixed}\n    program: {tool: 2}\n";
+  unused = unused_keys(text);
+  ASSERT_TRUE(unused.has_value());
+  EXPECT_EQ(unused->size(), 0u);
   // A job that is one operation has no order of them.
   text = with(job_text(), "operation_order: listed\n", "machine:");
   text.erase(text.find("# What each has by itself"));

@@ -56,7 +56,7 @@ const marked = async (page, place) => (await page.evaluate((at) => {
 
 test('before there is a part, the page says what to do', async () => {
   const page = await open_page(desk);
-  assert.match(await text_of(page, '#hint'), /Drop an STL, OBJ or PLY/);
+  assert.match(await text_of(page, '#hint'), /Drop an STL, OBJ, PLY, 3MF, STEP or IGES/);
   assert.match(await text_of(page, '#sheet'), /Open a part/);
   const all = new Set((await grid(page)).map(String));
   assert.equal(all.size, 1, 'the view is empty');

@@ -196,6 +196,66 @@ def pin_job(folder, part):
     return f"{folder}/pin.yaml"
 
 
+def operations_job(folder, part):
+    """That of config/jobs with several operations."""
+    root = os.path.dirname(os.path.abspath(__file__)) + "/../.."
+    with open(f"{root}/config/jobs/pin_operations.yaml", encoding="utf-8") as file:
+        text = file.read().replace("../machines/", f"{root}/config/machines/")
+    for step, wide in (("1.5}", "4}"), ("0.5}", "4}"), ("0.3}", "4}")):
+        text = text.replace(f"side_step_mm: {step}", f"side_step_mm: {wide}")
+    with open(f"{folder}/operations.yaml", "w", encoding="utf-8") as file:
+        file.write(re.sub("stl: .*", f"stl: {part}", text))
+    return f"{folder}/operations.yaml"
+
+
+def until(desk, what, states):
+    while (told := desk.get("state")[what])["state"] in states:
+        time.sleep(0.05)
+    return told
+
+
+def test_operations(binaries, folder, part):
+    """Operations by the API: listed, changed, planned alone and together, cut one after the other."""
+    desk = Desk(binaries, operations_job(folder, part))
+    names = ["semi-finish", "finish", "middle once more"]
+    try:
+        desk.sign_in()
+        until(desk, "part", ("reading",))
+        expect([one["name"] for one in desk.get("state")["job"]["operations"]], names, "listed")
+        expect(desk.get("schema?operation=2")["form"]["name"], "finish", "the keys of the second")
+        for path, status in (("schema?operation=4", 409), ("schema?operation=x", 400)):
+            expect(desk.ask("GET", f"/api/v1/{path}", **desk.signed)[0], status, path)
+        for body, status in (({"do": "move", "number": 3, "to": 1}, 200), ({"do": "move", "number": 1, "to": 3}, 200), ({"do": "copy", "number": 1, "name": "more"}, 200),
+                             ({"do": "copy", "number": 1, "name": "more"}, 409), ({"do": "remove", "number": 2}, 200), ({"do": "remove", "number": 9}, 400),
+                             ({"do": "own", "number": 2, "section": "cutter"}, 200), ({"do": "share", "number": 2, "section": "cutter"}, 200),
+                             ({"do": "own", "number": 2, "section": "machine"}, 409), ({"do": "turn", "number": 2}, 400), ({"number": 2}, 400)):
+            got, answer = desk.post("job/operation", **body)
+            expect(got, status, f"{body}: {answer}")
+        job = desk.get("state")["job"]
+        expect(([one["name"] for one in job["operations"]], job["errors"]), (names, []), "as at first")
+        expect(desk.post("plan", operation="nobody")[0], 409, "no such operation")
+        expect(desk.post("plan", optimise="wealth")[0], 400, "no such aim")
+        for operation in ("finish", None):
+            expect(desk.post("plan", **({"operation": operation} if operation else {}))[0], 202, "planning")
+            plan = until(desk, "plan", ("planning",))
+            expect((plan["state"], plan.get("operation")), ("planned", operation), f"planned: {plan}")
+            report = desk.get("plan/report")
+            expect([one["name"] for one in report["operations"]], [operation] if operation else names, "in the report")
+            path = desk.ask("GET", "/api/v1/plan/path", **desk.signed)[2]
+            expect(len(path), 56 * sum(one["blocks"] for one in report["operations"]), "a record for each block of each")
+        expect(desk.post("cut")[0], 202, "cutting")
+        cut = until(desk, "cut", ("working",))
+        expect([one["name"] for one in cut["operations"]], names, f"cut: {cut}")
+        reports = [desk.get(f"cut/report?operation={name.replace(' ', '%20')}") for name in names]
+        expect([report["operation"] for report in reports], names, "reports")
+        for before, after in zip(reports, reports[1:]):
+            assert abs(before["left_mm3"] - after["stock_mm3"]) < 1e-3 * before["left_mm3"], "the stock is not carried on"
+        expect(desk.ask("GET", "/api/v1/cut/view?operation=nobody", **desk.signed)[0], 409, "a view of no operation")
+        expect(desk.stop(), 0, "the end")
+    finally:
+        desk.process.kill()
+
+
 def test_openapi(desk):
     """The description, the page about the API and the server's own tables name the same requests."""
     root = os.path.dirname(os.path.abspath(__file__)) + "/../../desk/"
@@ -271,6 +331,7 @@ def main():
     expect(json.loads(taken.ask("GET", "/api/v1/state", **taken.signed)[2])["part"]["name"], "pin.stl", "the part of the command line")
     test_openapi(taken)
     expect(taken.stop(), 0, "the end")
+    test_operations(binaries, folder, part)
     test_api_page(binaries, folder, part)
     test_api_page(binaries, folder, part, pin_job(folder, part))
     print("desk_server_test: all passed")

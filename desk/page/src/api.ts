@@ -22,10 +22,31 @@ export interface Part {
   warnings: string[];
   odd_size: boolean;
   usual_cutter: string;
+  format: string;        // "STEP", "IGES", "3MF"; empty: a mesh file
+  listed: boolean;       // part/model has its bodies and faces
+  file_unit: string;     // as a CAD file says
+  bodies: number;
+  faces: number;
+  deviation_mm: number;  // of the facets from the surfaces, measured
   likelier_units: {unit: string; size_mm: number[]}[];
 }
 
 export interface JobError { line: number; column: number; message: string }
+
+/** One of a job's operations. What is not there is not known as long as the text has errors. */
+export interface Operation {
+  name: string;
+  number: number;      // in the list, from 1
+  own: string[];       // what it states itself
+  tool?: number;
+  tool_id?: string;
+  cutter_type?: string;
+  cutter?: {diameter_mm: number; length_mm: number; tool: ToolPiece[]};
+  axis?: string;
+  pattern?: string;
+  rest_mm?: number;
+  place?: number;      // in the program, from 1
+}
 
 export interface Job {
   id: number;
@@ -36,6 +57,10 @@ export interface Job {
   machine: string;
   cutter: {diameter_mm: number; length_mm: number; tool: ToolPiece[]};
   axes: AxisLimits[];
+  operations: Operation[];  // none: the job is one
+  operation_order: string;
+  bodies: string[];       // of the part's file; none: all
+  avoid_faces: string[];
   errors: JobError[];
 }
 
@@ -43,6 +68,8 @@ export interface Plan {
   id: number;
   job: number;
   part: number;
+  operation?: string;  // planned alone
+  optimise?: 'time' | 'feed';
   state: 'planning' | 'planned' | 'refused' | 'cancelled';
   stage?: string;
   percent?: number;
@@ -84,6 +111,8 @@ export interface Reach {
 export interface Shape { kind: string; centre_mm: number[]; axis: number[]; radius_mm: number; tube_mm: number; rms_mm: number; worst_mm: number }
 export interface Fitted { id: number; state: 'ready' | 'refused'; facets?: number[]; shapes?: Shape[]; error?: string }
 
+export type Verdict = 'passed' | 'incomplete' | 'failed';
+
 export interface Cut {
   id: number;
   plan: number;
@@ -91,8 +120,9 @@ export interface Cut {
   stage?: string;
   percent?: number;
   error?: string;
-  verdict?: 'passed' | 'incomplete' | 'failed';
+  verdict?: Verdict;
   before?: boolean;
+  operations?: {name: string; verdict: Verdict; before: boolean}[];
 }
 
 /** The machine as it is drawn. */

@@ -7,6 +7,7 @@ import {FacetPick} from './facet_pick.js';
 import type {JobForms} from './job_forms.js';
 import {Edit, value_of, vector_of, vector_text} from './job_link.js';
 import {kClasses} from './reach_classes.js';
+import {operation_choice} from './operation_list.js';
 import {ReachLive} from './reach_live.js';
 import type {Viewer} from './viewer.js';
 
@@ -47,9 +48,10 @@ export class AxisScreen {
   private readonly proposals = el('div', {id: 'proposals'});
   private readonly fitted = el('div', {id: 'fitted'});
   private readonly tools = el('div', {});
+  private readonly choice = el('div', {});
 
   constructor(private readonly sheet: HTMLElement, viewer: Viewer | null, private readonly forms: JobForms, private readonly go: (tab: string) => void) {
-    this.live = new ReachLive(viewer, () => { this.draw_legend(); this.told(); });
+    this.live = new ReachLive(viewer, forms, () => { this.draw_legend(); this.told(); });
     this.gizmo = viewer ? new AxisGizmo(viewer, (frame, done) => void this.moved(frame, done)) : null;
     this.pick = viewer ? new FacetPick(viewer, (facet) => void this.fit(facet)) : null;
     forms.show_in(this.fields, ['axis'], ['axis.mode']);
@@ -83,6 +85,7 @@ export class AxisScreen {
 
   /** The forms have been read anew. */
   redraw(): void {
+    refill(this.choice, ...[operation_choice(this.job, this.forms, 'axis-operation')].filter((node): node is Node => node !== null));
     this.gizmo?.set(this.frame());
     this.draw_tools();
     this.ask();
@@ -130,7 +133,7 @@ export class AxisScreen {
   private ask(): void {
     const {job, part} = this;
     if (!this.visible || !job || job.errors.length > 0 || part?.state !== 'ready' || this.gizmo?.dragging) return;
-    const of = `${job.id} ${part.id}`;
+    const of = `${job.id} ${part.id} ${this.forms.operation}`;
     if (of === this.asked_of) return;
     this.asked_of = of;
     void this.live.ask([], false).then(() => this.live.ask([], true));
@@ -190,7 +193,7 @@ export class AxisScreen {
     if (!this.visible) return;
     const ready = this.job && this.part?.state === 'ready';
     refill(this.sheet, el('h2', {}, 'Tool axis'), ...(ready
-      ? [this.legend, this.proposals, el('div', {class: 'row'}, el('button', {type: 'button', id: 'axis-next', class: 'main', click: () => this.go('Plan')}, 'Next: plan')), el('h3', {}, 'By hand'), this.tools, this.fitted, this.fields]
+      ? [this.choice, this.legend, this.proposals, el('div', {class: 'row'}, el('button', {type: 'button', id: 'axis-next', class: 'main', click: () => this.go('Plan')}, 'Next: plan')), el('h3', {}, 'By hand'), this.tools, this.fitted, this.fields]
       : [el('div', {id: 'no-axis'}, el('p', {}, 'The tool axis says from where the tool comes at every point of the part.'),
         el('p', {}, this.part ? 'Make a job for the part first: press "Make a job" beside it.' : 'Open a part first.'),
         el('div', {class: 'row'}, el('button', {type: 'button', class: 'main', id: 'no-axis-part', click: () => this.go('Part')}, 'To the part')))]));
@@ -222,7 +225,7 @@ export class AxisScreen {
       this.draw_lists();
     }}, `Show all ${found.length}`) : null;
     nodes.push(el('div', {class: 'row'}, more, el('button', {type: 'button', id: 'suggest', class: found.length > 0 ? '' : 'main', disabled: (this.job?.errors.length ?? 0) > 0,
-      click: () => this.act(() => post('suggest', {}))}, found.length > 0 ? 'Suggest again' : 'Suggest an axis')));
+      click: () => this.act(() => post('suggest', {operation: this.forms.operation_name}))}, found.length > 0 ? 'Suggest again' : 'Suggest an axis')));
     return nodes;
   }
 

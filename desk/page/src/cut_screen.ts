@@ -12,6 +12,7 @@ export class CutScreen {
   private plan: Plan | null = null;
   private job: Job | null = null;
   private shown = 0;
+  private chosen = '';  // the operation that is shown; empty: the first, or the job is one
   private data: CutData | null = null;
   private problem = '';
   private apart = '';  // why there is nothing to compare with
@@ -54,9 +55,12 @@ export class CutScreen {
 
   private async fetch(cut: Cut): Promise<void> {
     try {
-      const data = await read_cut(await get_bytes('cut/view'));
-      let before = cut.before ? await read_cut(await get_bytes('cut/before')) : null;
-      if (this.cut?.id !== cut.id) return;
+      const operations = cut.operations ?? [], one = operations.find(({name}) => name === this.chosen) ?? operations[0];
+      this.chosen = one?.name ?? '';
+      const of = one ? `?operation=${encodeURIComponent(one.name)}` : '', name = this.chosen;
+      const data = await read_cut(await get_bytes('cut/view' + of));
+      let before = (one ? one.before : cut.before) ? await read_cut(await get_bytes('cut/before' + of)) : null;
+      if (this.cut?.id !== cut.id || this.chosen !== name) return;
       this.apart = before ? why_not_alike(data, before) : '';
       if (this.apart) before = null;
       this.data = data;
@@ -64,6 +68,26 @@ export class CutScreen {
     } catch (error) {
       this.fail(error);
     }
+  }
+
+  private async choose(operation: string): Promise<void> {
+    if (!this.cut) return;
+    this.chosen = operation;
+    await this.fetch(this.cut);
+    this.place();
+    this.draw();
+    document.getElementById(`cut-operation-${operation.replace(/\W/g, '-')}`)?.focus();
+  }
+
+  /** The verdict of each; a click shows what it leaves. */
+  private operations(cut: Cut): Node[] {
+    const all = cut.operations ?? [];
+    if (all.length === 0) return [];
+    const alone = this.plan?.id === cut.plan ? this.plan.operation : undefined;
+    return [el('p', {class: 'soft', id: 'cut-stock'}, alone ? 'Planned alone, so it is cut from the whole stock.' : 'Each begins with the stock that those before it have left.'),
+      el('ul', {class: 'cards', id: 'cut-operations'}, ...all.map(({name, verdict}) => el('li', {}, el('button', {type: 'button', class: 'card', id: `cut-operation-${name.replace(/\W/g, '-')}`,
+        'aria-pressed': String(name === this.chosen), click: () => void this.choose(name)}, el('strong', {}, name), el('span', {class: `why ${verdict}`}, kVerdicts[verdict]))))),
+      el('h3', {}, this.chosen)];
   }
 
   private fail(error: unknown): void {
@@ -109,16 +133,17 @@ export class CutScreen {
     if (cut?.state === 'cancelled') nodes.push(el('p', {class: 'note', id: 'cut-cancelled', role: 'status'}, 'Cancelled.'));
     if (cut?.state === 'refused') nodes.push(el('p', {class: 'note bad', id: 'cut-refused', role: 'alert'}, cut.error ?? 'The program cannot be cut.'));
     if (stale) nodes.push(el('p', {class: 'note warn', id: 'cut-stale'}, 'The plan has changed since: cut again.'));
-    if (cut?.state === 'done' && data) nodes.push(...this.verdict(cut, data), ...(this.panel?.nodes() ?? []), ...(this.panel ? [this.panel.facts()] : []));
+    if (cut?.state === 'done' && data) nodes.push(...this.operations(cut), ...this.verdict(cut, data), ...(this.panel?.nodes() ?? []), ...(this.panel ? [this.panel.facts()] : []));
     if (!ready) nodes.push(el('p', {id: 'cut-why-not'}, 'Plan the job first.'), el('div', {class: 'row'}, el('button', {type: 'button', class: 'main', id: 'cut-why-not-go', click: () => this.go('Plan')}, 'To the plan')));
     nodes.push(el('div', {class: 'row'},
       el('button', {type: 'button', id: 'cut', class: cut?.state === 'done' && !stale ? '' : 'main', disabled: !ready, click: () => this.act(() => post('cut', {}))}, cut ? 'Cut again' : 'Cut'),
-      cut?.state === 'done' ? el('a', {class: 'button', id: 'cut-page', href: '/api/v1/cut/page', download: `${this.job?.name.replace(/\.ya?ml$/, '') ?? 'part'}-cut.html`}, 'Save as a page') : null));
+      cut?.state === 'done' ? el('a', {class: 'button', id: 'cut-page', href: '/api/v1/cut/page' + (this.chosen ? `?operation=${encodeURIComponent(this.chosen)}` : ''),
+        download: `${[this.job?.name.replace(/\.ya?ml$/, '') ?? 'part', ...(this.chosen ? [this.chosen.replaceAll(' ', '-')] : [])].join('-')}-cut.html`}, 'Save as a page') : null));
     return nodes;
   }
 
   private verdict(cut: Cut, {head}: CutData): Node[] {
-    const verdict = cut.verdict ?? 'failed', kind = verdict === 'passed' ? 'good' : verdict === 'failed' ? 'bad' : 'warn';
+    const verdict = cut.operations?.find(({name}) => name === this.chosen)?.verdict ?? cut.verdict ?? 'failed', kind = verdict === 'passed' ? 'good' : verdict === 'failed' ? 'bad' : 'warn';
     const why = [...head.failures, ...(head.rest ? [head.rest] : [])];
     const nodes: Node[] = [el('div', {class: `note ${kind}`, id: 'cut-verdict', role: 'status'}, el('b', {}, kVerdicts[verdict]),
       why.length > 0 ? el('ul', {class: 'plain'}, ...why.map((text) => el('li', {}, text))) : null)];

@@ -1,7 +1,7 @@
 // Forms made of what the job's reader asks for: a field a key, changed in the text where it stands.
 import {Job, Refusal} from './api.js';
 import {el, refill} from './dom.js';
-import {Edit, Form, Key, change_job, get_form} from './job_link.js';
+import {Edit, Form, Key, change_job, change_operations, get_form, owner_of, place_of} from './job_link.js';
 
 const kEnding = /_(mm_per_min|deg_per_mm|mm|deg|rpm|percent)$/;
 
@@ -21,8 +21,15 @@ function limits_text({kind, min, max, above_min, below_max}: Key): string {
   return `${above_min ? 'above' : 'from'} ${min} ${below_max ? 'to below' : 'to'} ${max}`;
 }
 
+/** What the job says for all, and no operation by itself. */
+const kShared = new Set(['part', 'setup']);
+const kSharedProgram = new Set(['program.number', 'program.work_offset', 'program.arc_tolerance_mm', 'program.plane_offsets']);
+
 export class JobForms {
   form: Form | null = null;
+  /** Number of the operation that the fields are of; 0: what the job says for all. */
+  operation = 0;
+  private chosen = '';       // its name
   private job: Job | null = null;
   private refused: {key: string; why: string} | null = null;
   private drawn = '';
@@ -49,33 +56,86 @@ export class JobForms {
     this.job = job;
     if (!job) this.form = null;
     else if (job.id !== had?.id) {
-      try {
-        this.form = await get_form();
-      } catch (error) {
-        if (!(error instanceof Refusal)) throw error;  // no YAML at the moment: the fields wait
-      }
+      this.follow(job, had);
+      await this.read();
     }
     this.draw();
     this.changed();
   }
 
+  /** The operation that was chosen, wherever it stands now; of a job that has just got a list the first. */
+  private follow(job: Job, had: Job | null): void {
+    const {operations} = job;
+    if (operations.length === 0) this.operation = 0;
+    else if (!had || had.operations.length === 0) this.operation = 1;
+    else if (this.operation > 0) this.operation = operations.find(({name}) => name === this.chosen)?.number ?? Math.min(this.operation, operations.length);
+    this.chosen = operations[this.operation - 1]?.name ?? '';
+  }
+
+  private async read(): Promise<void> {
+    try {
+      const form = await get_form(this.operation);
+      if (form.operation === this.operation) this.form = form;
+    } catch (error) {
+      if (!(error instanceof Refusal)) throw error;  // no YAML at the moment: the fields wait
+    }
+  }
+
+  /** Shows the fields of another operation; 0: what the job says for all. */
+  async choose(operation: number): Promise<void> {
+    if (operation === this.operation) return;
+    this.operation = operation;
+    this.chosen = this.job?.operations[operation - 1]?.name ?? '';
+    this.refused = null;
+    await this.read();
+    this.draw();
+    this.changed();
+  }
+
+  /** The name of the operation that the fields are of; undefined: the job is one, or the fields are of all. */
+  get operation_name(): string | undefined { return this.chosen || undefined; }
+
+  /** Keys are those of the form, wherever they stand in the text. */
+  placed(edits: Edit[]): Edit[] { return edits.map(({key, value}) => ({key: place_of(this.form, key), value})); }
+
   async change(edits: Edit[]): Promise<boolean> {
+    return this.act(edits[0].key, () => change_job(this.placed(edits)));
+  }
+
+  /** The operation states a section or key itself from now on, or no longer. */
+  private own(section: string, own: boolean): void {
+    void this.act(section, () => change_operations({do: own ? 'own' : 'share', number: this.operation, section}));
+  }
+
+  private async act(key: string, request: () => Promise<unknown>): Promise<boolean> {
     this.refused = null;
     try {
-      await change_job(edits);
+      await request();
       return true;
     } catch (error) {
       if (!(error instanceof Refusal)) throw error;
-      this.refused = {key: edits[0].key, why: error.message.replace(`${edits[0].key}: `, '')};
+      this.refused = {key, why: error.message.replace(`${place_of(this.form, key)}: `, '').replace(`${key}: `, '')};
       this.draw();
       return false;
     }
   }
 
+  /** Several operations may have errors at the same key: the line tells them apart. */
   private error_of(key: string): string {
     if (this.refused?.key === key) return this.refused.why;
-    const found = this.job?.errors.find(({message}) => message.startsWith(key + ':') || message.startsWith(`missing key '${key}'`));
+    const known = this.form?.keys.find((fact) => fact.key === key);
+    const found = this.job?.errors.find(({message, line}) => (message.startsWith(key + ':') && (this.operation === 0 || !known?.line || known.line === line)) ||
+      (message.startsWith(`missing key '${key}'`) && (this.operation === 0 || known?.value === undefined)));
     return found ? `Line ${found.line}: ${found.message.replace(key + ': ', '')}` : '';
+  }
+
+  /** Whether the operation states it itself, and the way to the other; nothing where there is no choice. */
+  private owner(section: string): Node | null {
+    if (!this.form || this.operation === 0 || kShared.has(section) || kSharedProgram.has(section)) return null;
+    const own = this.form.own.includes(section), id = section.replace(/\W/g, '-'), why = this.refused?.key === section ? this.refused.why : '';
+    return el('p', {class: 'owner'}, el('span', {class: own ? 'tag' : 'tag shared'}, own ? 'its own' : 'of all operations'),
+      el('button', {type: 'button', class: 'link', id: `own-${id}`, click: () => this.own(section, !own)}, own ? 'Take that of all' : 'Give it its own'),
+      why ? el('strong', {class: 'bad', role: 'alert'}, why) : null);
   }
 
   private draw(): void {
@@ -96,18 +156,24 @@ export class JobForms {
   }
 
   private section(section: string, without: string[], open: boolean, folded: boolean): Node[] {
+    if (this.operation > 0 && kShared.has(section)) return [];
     const keys = this.form?.keys.filter(({key, unused}) => !unused && !without.includes(key) && (section === '' ? !key.includes('.') && key !== 'machine' : key.startsWith(section + '.'))) ?? [];
     if (keys.length === 0) return [];
     // What comes from a library is for few, and not what a form should begin with.
     const later = ({key}: Key) => Number(/\.(library|id|material)$/.test(key));
     keys.sort((a, b) => later(a) - later(b));
     const wrong = keys.filter(({key}) => this.error_of(key) !== '').length, help = this.form?.sections[section] ?? '';
+    const by_key = section === '' || section === 'program', owner = by_key ? null : this.owner(section);
     const fields = el('div', {class: 'fields'}, ...keys.map((key) => this.field(key)));
-    if (!folded) return [fields];
+    if (by_key && this.operation > 0) for (const [i, {key}] of keys.entries()) {
+      const each = this.owner(owner_of(key));
+      if (each) fields.children[i].append(each);
+    }
+    if (!folded) return owner ? [owner, fields] : [fields];
     const title = section === '' ? 'Accuracy and clearance' : label_of(section);
     return [el('details', {id: `form-${section || 'whole'}`, open: open || wrong > 0},
       el('summary', {}, title, wrong > 0 ? el('span', {class: 'wrong'}, ` ${wrong} ${wrong === 1 ? 'error' : 'errors'}`) : null),
-      help ? el('p', {class: 'soft'}, help) : null, fields)];
+      help ? el('p', {class: 'soft'}, help) : null, owner, fields)];
   }
 
   private field(key: Key): Node {
@@ -131,7 +197,7 @@ export class JobForms {
 
   private typed(key: Key, text: string): Promise<boolean> {
     const value = text.trim();
-    const quoted = key.kind === 'text' && value !== '' && !/^-?[0-9.]+$/.test(value) ? JSON.stringify(value) : value;
+    const quoted = key.kind === 'text' && value !== '' && !/^(-?[0-9.]+|\[.*\])$/.test(value) ? JSON.stringify(value) : value;
     return this.change([{key: key.key, value: quoted || null}]);
   }
 

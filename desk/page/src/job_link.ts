@@ -19,10 +19,21 @@ export interface Key {
   line?: number;
 }
 
-export interface Form { keys: Key[]; sections: Record<string, string> }
+/** `operation`: its number in the list; 0: what the job says for all. `own`: what the operation states itself. */
+export interface Form { keys: Key[]; sections: Record<string, string>; operation: number; name: string; own: string[] }
 export interface Edit { key: string; value: string | null }
 
-export const get_form = async () => (await get_json<{form: Form}>('schema')).form;
+export const get_form = async (operation: number) => (await get_json<{form: Form}>(operation > 0 ? `schema?operation=${operation}` : 'schema')).form;
+
+/** The section that a key belongs to, or the key itself where operations state it by itself. */
+export const owner_of = (key: string) => key.startsWith('program.') ? key : key.split(/[.[]/)[0];
+/** Where a key of the form stands in the text. */
+export const place_of = (form: Form | null, key: string) =>
+  form && form.operation > 0 && form.own.includes(owner_of(key)) ? `operations[${form.operation}].${key}` : key;
+
+/** Changes of the list of operations. */
+export const change_operations = (change: {do: 'copy' | 'move' | 'remove' | 'own' | 'share'; number: number; to?: number; name?: string; section?: string}) =>
+  post<Job>('job/operation', change);
 export const change_job = (edits: Edit[]) => post<Job>('job/edit', {edits});
 
 /** "[1, 2.5, -3]" */

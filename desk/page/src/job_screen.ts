@@ -1,8 +1,9 @@
 // Job: the YAML text, checked as it is typed, errors at their line; saved when it is right.
-import {Job, Refusal, get_json, post, put_bytes} from './api.js';
+import {Cut, Job, Plan, Refusal, get_json, post, put_bytes} from './api.js';
 import {cutter_drawing} from './cutter_drawing.js';
 import {el} from './dom.js';
 import type {JobForms} from './job_forms.js';
+import {OperationList} from './operation_list.js';
 import type {SetupStage} from './setup_stage.js';
 
 const kPause = 300;  // ms without a key before the text is checked
@@ -24,10 +25,12 @@ export class JobScreen {
     el('div', {class: 'row'}, el('button', {type: 'button', class: 'main', id: 'no-job-part', click: () => this.go('Part')}, 'To the part')));
   private readonly drawing = el('div', {});
   private readonly fields = el('div', {class: 'forms'});
+  private readonly operations: OperationList;
   private readonly download = el('a', {class: 'button', id: 'job-download', download: 'job.yaml', href: '/api/v1/job/text'}, 'Download');
 
   constructor(private readonly sheet: HTMLElement, private readonly forms: JobForms, private readonly setup: SetupStage, private readonly go: (tab: string) => void) {
-    forms.show_in(this.fields, ['cutter', 'pattern', '', 'feeds', 'setup', 'axis', 'containment', 'stock', 'points', 'guards', 'links', 'program', 'part']);
+    this.operations = new OperationList(forms);
+    forms.show_in(this.fields, ['cutter', 'pattern', '', 'rest', 'feeds', 'setup', 'axis', 'containment', 'stock', 'points', 'guards', 'links', 'program', 'part']);
   }
 
   show(visible: boolean): void {
@@ -35,19 +38,21 @@ export class JobScreen {
     this.setup.show(visible && this.job !== null);
     if (!visible) return;
     this.sheet.replaceChildren(this.title, ...(this.job ? [this.state, this.errors,
-      el('div', {class: 'beside'}, el('div', {}, this.setup.node, this.drawing, this.fields), el('div', {}, el('h3', {}, 'The same as text'), this.area,
+      el('div', {class: 'beside'}, el('div', {}, this.setup.node, this.operations.node, this.drawing, this.fields), el('div', {}, el('h3', {}, 'The same as text'), this.area,
         el('div', {class: 'row'}, this.save, this.download, el('button', {type: 'button', id: 'job-next', class: 'main', click: () => this.go('Plan')}, 'Next: plan'))))] : [this.none]));
     this.draw();
   }
 
   /** The forms have been read anew. */
   redraw(): void {
+    this.operations.redraw();
     this.drawing.replaceChildren(...[cutter_drawing(this.forms.form)].filter((node): node is Node => node !== null));
   }
 
-  async update(job: Job | null): Promise<void> {
+  async update(job: Job | null, plan: Plan | null, cut: Cut | null): Promise<void> {
     const had = this.job;
     this.job = job;
+    this.operations.update(job, plan, cut);
     // Another page has changed the text, or this one has just begun; what is being typed here wins.
     if (job && job.id !== had?.id && this.sent === 0 && this.timer === 0) {
       const {text} = await get_json<{text: string}>('job');

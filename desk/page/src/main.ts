@@ -98,7 +98,7 @@ async function start(): Promise<void> {
     job.redraw();
     axis.redraw();
   });
-  const axis = new AxisScreen(sheet, viewer, forms, go), setup = new SetupStage(viewer, forms, axis.live), part = new PartScreen(sheet, viewer, go),
+  const axis = new AxisScreen(sheet, viewer, forms, go), setup = new SetupStage(viewer, forms, axis.live), part = new PartScreen(sheet, viewer, forms, go),
     job = new JobScreen(sheet, forms, setup, go), plan = new PlanScreen(sheet, viewer, go), cut = new CutScreen(sheet, viewer, go),
     run = new RunScreen(sheet, viewer, session_number), bar = new MachineBar(byId('header'), run);
   axis.told = () => setup.tell();
@@ -121,7 +121,7 @@ async function start(): Promise<void> {
     update_run();
     shop?.update(now.shop);
     axis.update(now.part, now.job, now.suggest);
-    await Promise.all([part.update(now.part, now.job, now.plan), forms.update(now.job), job.update(now.job), plan.update(now.plan, now.job, now.part),
+    await Promise.all([part.update(now.part, now.job, now.plan), forms.update(now.job), job.update(now.job, now.plan, now.cut), plan.update(now.plan, now.job, now.part),
       cut.update(now.cut, now.plan, now.job)]);
     await setup.update(now.machine, now.job, now.part);
   };

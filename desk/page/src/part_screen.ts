@@ -1,6 +1,8 @@
-// Part: an STL is opened, seen, its size and defects told, its unit asked for where it looks wrong.
+// Part: a file is opened, seen, its size and defects told, its unit asked for where it looks wrong.
 import {Job, Part, Plan, Refusal, get_floats, post, put_bytes} from './api.js';
 import {byId, count_text, el, refill, size_text} from './dom.js';
+import type {JobForms} from './job_forms.js';
+import {PartChoice} from './part_choice.js';
 import {PartStart} from './part_start.js';
 import type {Viewer} from './viewer.js';
 
@@ -18,10 +20,12 @@ export class PartScreen {
   private job: Job | null = null;
   private plan: Plan | null = null;
   private readonly start: PartStart;
+  private readonly choice: PartChoice;
   private asked_from = 0;   // when the user gave the file, ms
 
-  constructor(private readonly sheet: HTMLElement, private readonly viewer: Viewer | null, go: (tab: string) => void) {
+  constructor(private readonly sheet: HTMLElement, private readonly viewer: Viewer | null, forms: JobForms, go: (tab: string) => void) {
     this.start = new PartStart(go, () => this.draw());
+    this.choice = new PartChoice(viewer, forms);
     const drops = document.documentElement;
     drops.addEventListener('dragover', (event) => {
       event.preventDefault();
@@ -38,6 +42,7 @@ export class PartScreen {
 
   show(visible: boolean): void {
     this.visible = visible;
+    this.choice.show(visible);
     this.draw();
   }
 
@@ -48,6 +53,7 @@ export class PartScreen {
     this.plan = plan;
     this.has_job = job !== null;
     this.draw();
+    void this.choice.update(part, job);
     if (part?.id !== this.shown && this.viewer) delete this.viewer.canvas.dataset.part;
     if (part?.state !== 'ready' || part.id === this.shown || !this.viewer) return;
     try {
@@ -99,7 +105,7 @@ export class PartScreen {
     const focused = document.activeElement instanceof HTMLElement && this.sheet.contains(document.activeElement)
       ? document.activeElement.id : '';
     byId('hint').textContent = !this.viewer ? 'This browser has no WebGL 2, so nothing can be drawn here.'
-      : !this.part && !this.sending ? 'Drop an STL, OBJ or PLY file here.' : '';
+      : !this.part && !this.sending ? 'Drop an STL, OBJ, PLY, 3MF, STEP or IGES file here.' : '';
     // What is being pressed stays where it is as long as nothing has changed.
     const now = JSON.stringify([this.part, this.job?.id, this.plan?.state, this.sending, this.problem, this.start.news, this.viewer === null]);
     if (!this.visible || (now === this.drawn && this.sheet.querySelector('#open-stl'))) return;
@@ -115,15 +121,15 @@ export class PartScreen {
     else if (part?.state === 'reading') nodes.push(el('p', {class: 'busy', role: 'status'}, 'Reading the part'));
     if (this.problem) nodes.push(el('p', {class: 'note bad', role: 'alert'}, this.problem));
     if (part?.state === 'refused') nodes.push(el('p', {class: 'note bad', role: 'alert'}, part.error ?? 'The part cannot be read.'));
-    if (!part && !this.sending) nodes.push(el('p', {}, 'Open the shape to machine: an STL, OBJ or PLY file, of at most 512 MB. It stays on this computer.'));
+    if (!part && !this.sending) nodes.push(el('p', {}, 'Open the shape to machine: an STL, OBJ, PLY, 3MF, STEP or IGES file, of at most 512 MB. It stays on this computer.'));
     if (part?.state === 'ready') nodes.push(...this.facts(part));
-    nodes.push(el('div', {class: 'row'}, this.opener(part !== null)));
+    nodes.push(this.choice.node, el('div', {class: 'row'}, this.opener(part !== null)));
     if (!this.sending) nodes.push(...this.start.content(part, this.job, this.plan));
     return nodes.filter((node): node is Node => node !== null);
   }
 
   private opener(another: boolean): Node {
-    const input = el('input', {type: 'file', accept: '.stl,.obj,.ply', id: 'stl-file', hidden: true, tabindex: -1, 'aria-hidden': 'true',
+    const input = el('input', {type: 'file', accept: '.stl,.obj,.ply,.3mf,.step,.stp,.iges,.igs', id: 'stl-file', hidden: true, tabindex: -1, 'aria-hidden': 'true',
       change: () => { if (input.files?.[0]) void this.take(input.files[0]); }});
     const button = el('button', {type: 'button', id: 'open-stl', class: another ? '' : 'main', click: () => input.click()},
       another ? 'Open another part' : 'Open a part');
@@ -132,13 +138,15 @@ export class PartScreen {
 
   private facts(part: Part): Node[] {
     const nodes: Node[] = [], size = size_of(part);
-    if (part.odd_size) nodes.push(this.unit_question(part, size));
+    if (part.odd_size && !part.format) nodes.push(this.unit_question(part, size));
     const unit = el('select', {id: 'unit', 'aria-label': 'Unit of the file', change: () => void this.set_unit(unit.value)},
       ...kUnits.map((word) => el('option', {value: word, selected: word === part.unit}, word)));
     nodes.push(el('dl', {class: 'facts'},
       el('dt', {}, 'Size'), el('dd', {id: 'size'}, size_text(size)),
       el('dt', {}, 'Facets'), el('dd', {id: 'facets'}, count_text(part.facets)),
-      el('dt', {}, 'Unit of the file'), el('dd', {}, this.has_job ? `${part.unit}, by the job` : unit),
+      el('dt', {}, 'Unit of the file'), el('dd', {id: 'file-unit'}, part.format ? `${part.file_unit || 'mm'}, as the file says` : this.has_job ? `${part.unit}, by the job` : unit),
+      ...(part.format ? [el('dt', {}, 'File'), el('dd', {id: 'file-format'}, `${part.format}, ${count_text(part.bodies)} ${part.bodies === 1 ? 'body' : 'bodies'}, ${count_text(part.faces)} faces`)] : []),
+      ...(part.deviation_mm > 0 ? [el('dt', {}, 'Off the surfaces'), el('dd', {id: 'deviation'}, `${part.deviation_mm.toFixed(4)} mm at most`)] : []),
       el('dt', {}, 'Volume'), el('dd', {}, part.closed ? `${count_text(Math.round(part.volume_mm3))} mm³` : 'not closed')));
     nodes.push(this.defects(part));
     return nodes;

@@ -15,8 +15,13 @@ export const kWords = 9;
 
 export interface AxisLimits { letter: string; unit: string; present: boolean; min: number; max: number; velocity: number; acceleration: number }
 
+/** A piece of the program that one tool cuts: an operation. */
+export interface Span { name: string; first: number; count: number; tool: ToolPiece[] }
+/** Of operations, in their order, over and over. */
+export const kOperationColours = ['#0072b2', '#d55e00', '#009e73', '#cc79a7', '#a07800', '#56b4e9', '#7b4bb3', '#8c564b'];
+
 export const kColourings = {
-  kind: 'Kind of move', height: 'Height', tilt: 'Tilt from the axis z', time: 'Time', feed: 'Feed of the tip', axis: 'Fastest axis, of its limit'};
+  kind: 'Kind of move', height: 'Height', tilt: 'Tilt from the axis z', time: 'Time', feed: 'Feed of the tip', axis: 'Fastest axis, of its limit', operation: 'Operation'};
 export type Colouring = keyof typeof kColourings;
 
 const kVertex = `
@@ -24,10 +29,13 @@ in vec3 position;
 in float shown, kind;
 uniform mat4 modelViewMatrix, projectionMatrix;
 uniform vec2 range;
+uniform ivec2 only;
 out float value;
-flat out int block_kind;
+flat out int block_kind, operation, hidden;
 void main() {
   block_kind = int(kind + 0.5);
+  operation = int(shown + 0.5);
+  hidden = gl_VertexID < only.x || gl_VertexID >= only.y ? 1 : 0;
   value = clamp((shown - range.x) / max(range.y - range.x, 1e-6), 0.0, 1.0);
   gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
 }`;
@@ -36,14 +44,15 @@ const kFragment = `
 precision highp float;
 precision highp int;
 in float value;
-flat in int block_kind;
+flat in int block_kind, operation, hidden;
 uniform int by;
-uniform vec3 rapid, plunge, cut, low, middle, high;
+uniform vec3 rapid, plunge, cut, low, middle, high, operations[8];
 out vec4 drawn;
 void main() {
+  if (hidden == 1) discard;
   vec3 scale = value < 0.5 ? mix(low, middle, value * 2.0) : mix(middle, high, value * 2.0 - 1.0);
   vec3 kinds = block_kind == 0 ? rapid : block_kind == 1 ? plunge : cut;
-  drawn = vec4(by == 0 || block_kind == 0 ? kinds : scale, 1.0);
+  drawn = vec4(by == 0 || block_kind == 0 ? kinds : by == 6 ? operations[operation % 8] : scale, 1.0);
 }`;
 
 const kNear = 6;  // pixels about the pointer
@@ -56,13 +65,17 @@ export class PathDrawing {
   colouring: Colouring = 'kind';
   private numbers: Float32Array<ArrayBuffer> = new Float32Array();
   private limits: AxisLimits[] = [];
+  private spans: Span[] = [];
+  private held = -1;        // the span whose tool is shown
+  /** The span that is drawn alone; -1: all are. */
+  only = -1;
   private line: Line | null = null;
   private heavy: Heavy | null = null;
   private readonly material = new RawShaderMaterial({
     vertexShader: kVertex, fragmentShader: kFragment, glslVersion: GLSL3,
     uniforms: {
       by: {value: 0}, range: {value: [0, 1]}, rapid: {value: new Color()}, plunge: {value: new Color()}, cut: {value: new Color()},
-      low: {value: plain('#2c7bb6')}, middle: {value: plain('#e0c341')}, high: {value: plain('#d7191c')},
+      only: {value: [0, 0]}, operations: {value: kOperationColours.map(plain)}, low: {value: plain('#2c7bb6')}, middle: {value: plain('#e0c341')}, high: {value: plain('#d7191c')},
     },
   });
 
@@ -75,10 +88,13 @@ export class PathDrawing {
   /** Blocks that have ended, and are drawn. */
   private get drawn(): number { return this.heavy?.count ?? 0; }
 
-  show(numbers: Float32Array<ArrayBuffer>, tool: ToolPiece[], limits: AxisLimits[]): void {
+  /** `spans`: one at least; together they are all blocks. */
+  show(numbers: Float32Array<ArrayBuffer>, spans: Span[], limits: AxisLimits[]): void {
     this.clear();
     this.numbers = numbers;
     this.limits = limits;
+    this.spans = spans;
+    this.held = this.only = -1;
     const buffer = new InterleavedBuffer(numbers, kNumbers), geometry = new BufferGeometry();
     geometry.setAttribute('position', new InterleavedBufferAttribute(buffer, 3, 0));
     geometry.setAttribute('kind', new InterleavedBufferAttribute(buffer, 1, kKind));
@@ -87,9 +103,9 @@ export class PathDrawing {
     geometry.setDrawRange(0, 0);
     this.heavy = new Heavy(this.line, 1, () => thin_strip(numbers, kNumbers, kKind, extent(numbers, kNumbers)));
     this.is_heavy(this.heavy);
-    this.tool.show(tool);
     this.group.add(this.line, this.tool.group);
     this.colour_by('kind');
+    this.show_only(-1);
     this.at(this.seconds);
   }
 
@@ -99,8 +115,40 @@ export class PathDrawing {
     this.group.clear();
     if (this.heavy) this.is_gone(this.heavy);
     this.line = this.heavy = null;
+    this.spans = [];
     this.numbers = new Float32Array();
     this.redraw();
+  }
+
+  /** Draws one span alone, or all. */
+  show_only(span: number): void {
+    const chosen = this.spans[span];
+    this.only = chosen ? span : -1;
+    this.material.uniforms.only.value = chosen ? [chosen.first, chosen.first + chosen.count] : [0, this.blocks];
+    this.redraw();
+  }
+
+  /** Blocks of what is drawn: from, and up to. */
+  get drawn_blocks(): [number, number] { return this.material.uniforms.only.value as [number, number]; }
+
+  /** Which span a block belongs to. */
+  span_of(block: number): number {
+    return Math.max(0, this.spans.findIndex(({first, count}) => block >= first && block < first + count));
+  }
+
+  span_name(block: number): string { return this.spans[this.span_of(block)]?.name ?? ''; }
+
+  /** The time when a span begins and ends; of all: 0 and the end. */
+  times(span: number): [number, number] {
+    const chosen = this.spans[span], end = (block: number) => block > 0 ? this.numbers[(block - 1) * kNumbers + kSeconds] : 0;
+    return chosen ? [end(chosen.first), end(chosen.first + chosen.count)] : [0, this.seconds];
+  }
+
+  private hold(block: number): void {
+    const span = this.span_of(block);
+    if (span === this.held || !this.spans[span]) return;
+    this.held = span;
+    this.tool.show(this.spans[span].tool);
   }
 
   /** The first block that ends later than that. */
@@ -116,9 +164,11 @@ export class PathDrawing {
 
   /** All blocks that have ended by then are drawn, the tool is on its way through the next. Returns the block that ended last. */
   at(seconds: number): number {
-    const ended = this.after(seconds);
+    // A span that is drawn alone ends with its last block, though the next one may begin with a block that takes no time.
+    const alone = this.only >= 0 && seconds <= this.times(this.only)[1], ended = Math.min(this.after(seconds), alone ? this.drawn_blocks[1] : Infinity);
     if (!this.heavy || ended === 0) return 0;
     this.heavy.count = ended;
+    this.hold(ended < this.blocks && seconds > this.numbers[(ended - 1) * kNumbers + kSeconds] ? ended : ended - 1);
     this.tool.at(this.between(ended, seconds, 0, 6));
     this.redraw();
     return ended - 1;
@@ -147,7 +197,8 @@ export class PathDrawing {
     const e = matrix.elements, n = this.numbers, at_x = 2 * x / width - 1, at_y = 1 - 2 * y / height;
     const near_x = 2 * kNear / width, near_y = 2 * kNear / height;
     let best = -1, front = Infinity;
-    for (let i = 0, k = 0; i < this.drawn; ++i, k += kNumbers) {
+    const [first, end] = this.drawn_blocks;
+    for (let i = first, k = first * kNumbers; i < Math.min(end, this.drawn); ++i, k += kNumbers) {
       const px = e[0] * n[k] + e[4] * n[k + 1] + e[8] * n[k + 2] + e[12];
       if (Math.abs(px - at_x) > near_x) continue;
       const py = e[1] * n[k] + e[5] * n[k + 1] + e[9] * n[k + 2] + e[13];
@@ -165,6 +216,7 @@ export class PathDrawing {
     if (by === 'height') return n[k + 2];
     if (by === 'tilt') return Math.acos(Math.min(1, Math.max(-1, n[k + 5]))) * 180 / Math.PI;
     if (by === 'time') return n[k + kSeconds];
+    if (by === 'operation') return this.span_of(block);
     if (block === 0 || !(own > 0)) return NaN;
     const b = k - kNumbers;
     if (by === 'feed') return 60 * Math.hypot(n[k] - n[b], n[k + 1] - n[b + 1], n[k + 2] - n[b + 2]) / own;

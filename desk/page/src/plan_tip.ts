@@ -43,6 +43,8 @@ export class PlanTip {
     const n = this.viewer.path.all, k = block * kNumbers, own = n[k + 8];
     const feed = block > 0 && own > 0 ? 60 * Math.hypot(n[k] - n[k - kNumbers], n[k + 1] - n[k - kNumbers + 1], n[k + 2] - n[k - kNumbers + 2]) / own : 0;
     const words = [`block ${count_text(block + 1)}, ${kKinds[n[k + 7]] ?? ''}`, `${time_text(n[k + 6])}, ${count_text(Math.round(feed))} mm/min`];
+    const operation = this.viewer.path.span_name(block);
+    if (operation) words.push(operation);
     const at = kMark + block * kEntry;
     if (at + kEntry > this.map.byteLength) return words;
     const facet = this.map.getUint32(at + 4, true);

@@ -1,5 +1,6 @@
 // What the tool reaches, asked while the axis moves: one question on its way, of those that wait the newest goes next.
 import {Reach, Refusal, get_bytes, post} from './api.js';
+import type {JobForms} from './job_forms.js';
 import type {Edit} from './job_link.js';
 import type {Viewer} from './viewer.js';
 
@@ -18,7 +19,7 @@ export class ReachLive {
   private shown = false;
   private classes: Uint8Array | null = null;
 
-  constructor(private readonly viewer: Viewer | null, private readonly changed: () => void) {}
+  constructor(private readonly viewer: Viewer | null, private readonly forms: JobForms, private readonly changed: () => void) {}
 
   /** Colours are in the view, or not. */
   show(shown: boolean): void {
@@ -43,7 +44,7 @@ export class ReachLive {
     this.asked_exact = exact;
     this.since = performance.now();
     try {
-      this.asked = (await post<{id: number}>('reach', {edits, exact})).id;
+      this.asked = (await post<{id: number}>('reach', {edits: this.forms.placed(edits), exact, operation: this.forms.operation_name})).id;
       this.problem = '';
       if (this.reach && this.reach.id >= this.asked) void this.take(this.reach);  // the answer was quicker than the reply
     } catch (error) {

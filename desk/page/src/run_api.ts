@@ -40,7 +40,7 @@ export interface Status {
 
 type Drawn = 'none' | 'working' | 'ready' | 'refused';
 /** What the view shows of the run that is on the machine, or was the last. */
-export interface Scene { job: number; path: Drawn; part: Drawn; error?: string; tool: ToolPiece[] }
+export interface Scene { job: number; path: Drawn; part: Drawn; error?: string; tool: ToolPiece[]; operations: {name: string; tool: ToolPiece[]}[] }
 
 export interface Run {
   service: 'none' | 'asked' | 'up' | 'lost';

@@ -20,6 +20,7 @@ export class RunScene {
   private asked_place = '';
   private place: Origin | null = null;
   private staged = false;
+  private held = '';         // the operation whose tool is shown
 
   constructor(private readonly viewer: Viewer | null) {}
 
@@ -38,6 +39,7 @@ export class RunScene {
       void this.fetch('path', scene.path, (numbers) => viewer.run.show_path(numbers));
       void this.fetch('mesh', scene.part, (corners) => viewer.run.show_part(corners));
       if (run?.text && run.job?.job === scene.job) viewer.run.at_line(run.text.line);
+      if (run?.job?.job === scene.job) this.hold(run.job.operation ?? '');
       if (run?.status?.tool) viewer.run.tool_at(run.status.tool.tip, run.status.tool.axis);
       this.ask_place(run as Run);
     }
@@ -45,9 +47,17 @@ export class RunScene {
   }
 
   private begin(job: number): void {
-    Object.assign(this, {job, fetched: '', asked_place: '', place: null, staged: false});
+    Object.assign(this, {job, fetched: '', asked_place: '', place: null, staged: false, held: ''});
     this.viewer?.run.clear();
     this.viewer?.run.show_tool(this.run?.scene?.tool ?? []);
+  }
+
+  /** The tool of the operation that runs. */
+  private hold(operation: string): void {
+    const tool = this.run?.scene?.operations.find(({name}) => name === operation)?.tool;
+    if (!tool || operation === this.held) return;
+    this.held = operation;
+    this.viewer?.run.show_tool(tool);
   }
 
   private async fetch(what: string, state: string, show: (numbers: Float32Array<ArrayBuffer>) => void): Promise<void> {

@@ -35,6 +35,7 @@ export class RunScreen {
   private readonly confirm_box = el('div', {id: 'confirm', class: 'note warn', role: 'alertdialog', 'aria-label': 'Confirm', hidden: true});
   private readonly progress = el('progress', {id: 'run-progress', max: 100, value: 0, 'aria-label': 'Share of the program'});
   private readonly figures = el('p', {id: 'run-figures'});
+  private readonly operations = el('ol', {id: 'run-operations', class: 'steps', hidden: true});
   private readonly resume = el('button', {type: 'button', id: 'resume', click: () => this.order('run/resume', {})}, 'Resume');
   private readonly stop = press_button('stop', 'Stop: hold 1 s', () => this.order('run/stop', {}));
   private readonly places = el('table', {id: 'places', class: 'places'});
@@ -55,7 +56,7 @@ export class RunScreen {
     this.scene = new RunScene(viewer);
     this.machine = new Machine((path, body) => this.order(path, body), (text) => this.fail(text));
     for (const [what, steps] of Object.entries({feed: [-10, 100, 10], rapid: [25, 50, 100], spindle: [-10, 100, 10]})) this.overrides.append(this.override_row(what, steps));
-    this.steer.append(el('div', {class: 'row'}, this.resume, this.stop), this.progress, this.figures, this.places, el('h3', {}, 'Overrides'), this.overrides, this.lines);
+    this.steer.append(el('div', {class: 'row'}, this.resume, this.stop), this.progress, this.figures, this.operations, this.places, el('h3', {}, 'Overrides'), this.overrides, this.lines);
     this.all = el('div', {}, this.title, this.machine_line, this.problem, this.note, this.scene.node, this.confirm_box, this.seat_box, this.tool_change.node, this.steer, el('h3', {}, 'Jobs'),
       el('div', {class: 'row'}, this.submit), this.job_list, this.machine.node);
   }
@@ -141,6 +142,7 @@ export class RunScreen {
     if (job) this.figures.textContent = `${count_text(job.executed ?? 0)} of ${count_text(job.blocks ?? 0)} blocks executed` +
       (job.operation ? `, operation ${job.operation}` : '') +
       (job.machine_seconds ? `, ${time_text(job.remaining_seconds ?? 0)} left` : '') + (job.seconds ? `, ${time_text(job.seconds)} so far` : '');
+    this.draw_operations(run);
     this.draw_places(run);
     for (const [what, value] of Object.entries(this.override_values)) {
       const percent = run.status?.override?.[what as 'feed'];
@@ -153,6 +155,16 @@ export class RunScreen {
     this.tool_change.update(run, this.has_seat);
     this.machine.update(run, this.has_seat && run.service === 'up' && !job);
     for (const button of this.job_list.querySelectorAll('button')) button.disabled = !this.has_seat || run.service !== 'up';
+  }
+
+  /** Those of the program in its order: done, in work, to come. */
+  private draw_operations(run: Run): void {
+    const {job, scene} = run, all = job && scene?.job === job.job ? scene.operations : [], at = all.findIndex(({name}) => name === job?.operation);
+    const key = JSON.stringify([all.map(({name}) => name), at]);
+    this.operations.hidden = all.length === 0;
+    if (this.operations.dataset.shown === key) return;
+    this.operations.dataset.shown = key;
+    this.operations.replaceChildren(...all.map(({name}, i) => el('li', {class: i < at ? 'done' : i === at ? 'now' : '', 'aria-current': i === at ? 'step' : undefined}, name, i < at ? ' done' : '')));
   }
 
   private draw_note(run: Run): void {

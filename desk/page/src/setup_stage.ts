@@ -114,7 +114,7 @@ export class SetupStage {
   private ask(): void {
     const {job, part} = this;
     if (!this.visible || !job || job.errors.length > 0 || part?.state !== 'ready' || this.controls?.dragging) return;
-    const of = `${job.id} ${part.id}`;
+    const of = `${job.id} ${part.id} ${this.forms.operation}`;
     if (of === this.asked_of) return;
     this.asked_of = of;
     void this.live.ask([], false).then(() => this.live.ask([], true));
