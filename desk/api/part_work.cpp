@@ -82,6 +82,7 @@ Result<void> PartWork::make(const std::string& maker, const std::string& sample)
   ++id_;
   seen_.clear(), error_.clear();
   name_ = sample + ".stl", unit_ = "mm", sample_ = sample, state_ = "reading";
+  readable_ = false;
   tell_("part", describe());
   return {};
 }
