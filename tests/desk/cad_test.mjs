@@ -145,6 +145,19 @@ test('bodies and faces of a 3MF are listed; the job takes what is ticked, and is
   assert.equal(await desk.stop(), 0);
 });
 
+/** "block" is the name of a body and of the product of two: what that means is said. The other way round it is possible. */
+async function one_of_a_product(page) {
+  await page.locator('#make-job').click();
+  await wait_until(async () => (await state(page)).job !== null);
+  await page.locator('#tab-part').click();
+  await tick(page, '#body-1');
+  await page.waitForSelector('#part-choice-problem');
+  assert.match(await text_of(page, '#part-choice-problem'), /"block" takes all bodies of that product, "block \(2\)" too/);
+  await tick(page, '#body-0');
+  await wait_until(async () => (await state(page)).job.bodies.join() === 'block (2),knob');
+  await page.waitForFunction(() => JSON.stringify([...document.querySelectorAll('#part-bodies input')].map((node) => node.checked)) === '[false,true,true]');
+}
+
 test('a STEP file, on a tablet and a phone', {skip: !existsSync(join(bin, 'cad_files'))}, async () => {
   const folder = join(work, 'cad');
   mkdirSync(folder, {recursive: true});
@@ -163,6 +176,7 @@ test('a STEP file, on a tablet and a phone', {skip: !existsSync(join(bin, 'cad_f
     await shot(page, `cad-part-${name}`);
     await check_layout(page, true);
     await check_accessible(page);
+    if (name === '390') await one_of_a_product(page);
     await check_and_close(page);
   }
   assert.equal(await desk.stop(), 0);

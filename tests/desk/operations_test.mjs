@@ -228,6 +228,7 @@ test('on a tablet and a phone, light and dark', async () => {
     await names_are(page, kNames);
     await page.waitForSelector('#own-cutter');
     await shot(page, `operations-job-${name}`);
+    assert(await page.evaluate(() => document.getElementById('operations').compareDocumentPosition(document.getElementById('setup-stage')) & Node.DOCUMENT_POSITION_FOLLOWING), 'operations first');
     await check_layout(page, true);
     await check_accessible(page);
     await page.locator('#tab-axis').click();

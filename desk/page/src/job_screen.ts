@@ -40,7 +40,15 @@ export class JobScreen {
     this.sheet.replaceChildren(this.title, ...(this.job ? [this.state, this.errors,
       el('div', {class: 'beside'}, el('div', {}, this.setup.node, this.operations.node, this.drawing, this.fields), el('div', {}, el('h3', {}, 'The same as text'), this.area,
         el('div', {class: 'row'}, this.save, this.download, el('button', {type: 'button', id: 'job-next', class: 'main', click: () => this.go('Plan')}, 'Next: plan'))))] : [this.none]));
+    this.place_operations();
     this.draw();
+  }
+
+  /** Where there are several they come first: all fields below are those of one. */
+  private place_operations(): void {
+    const {operations: {node}, setup} = this, parent = setup.node.parentElement;
+    if (!parent || !node.isConnected) return;
+    if (this.job && this.job.operations.length > 0 && setup.node.previousSibling !== node) parent.insertBefore(node, setup.node);
   }
 
   /** The forms have been read anew. */
@@ -53,6 +61,7 @@ export class JobScreen {
     const had = this.job;
     this.job = job;
     this.operations.update(job, plan, cut);
+    this.place_operations();
     // Another page has changed the text, or this one has just begun; what is being typed here wins.
     if (job && job.id !== had?.id && this.sent === 0 && this.timer === 0) {
       const {text} = await get_json<{text: string}>('job');

@@ -107,6 +107,8 @@ export class PartChoice {
     const all = this.model?.bodies ?? [], chosen = this.job?.bodies ?? [];
     const now = all.filter((body) => body.name === name ? taken : chosen.length === 0 || chosen.includes(body.name) || chosen.includes(body.product)).map((body) => body.name);
     if (now.length === 0) return this.fail('One body at least is machined.');
+    const {product} = all.find((body) => body.name === name) ?? {product: ''};
+    if (!taken && product && now.includes(product)) return this.fail(`The name "${product}" takes all bodies of that product, "${name}" too: it cannot be left out beside it.`);
     this.change('part.bodies', now.length === all.length ? [] : now);
   }
 
