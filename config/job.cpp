@@ -47,6 +47,10 @@ Result<std::optional<ToolLibrary>> read_library(const YamlNode& tree, const Sect
                                                 const JobFiles& files) {
   const YamlNode* named = node_at(tree, "cutter", "library");
   if (named == nullptr || named->text.empty()) return std::nullopt;
+  if (files.closed) {
+    root.complain("cutter", "library: " + quoted(named->text) + " is not here; state the tool in the job");
+    return tl::unexpected(*complaint.error());
+  }
   Result<ToolLibrary> library =
       load_tool_library(files.tools.empty() ? beside_file(path, named->text) : files.tools);
   if (library) return std::move(*library);

@@ -72,6 +72,7 @@ Result<Job> load_job(const std::string& path);
 /// the only one.
 struct JobFiles {
   std::string stl = {}, machine = {}, tools = {}, operation = {};
+  bool closed = false;  ///< no other file is read than job, part and profile: one that is named is an error
 };
 /// Errors: as load_job; kUsage: there is no operation of that name.
 Result<Job> load_job_with(const std::string& path, const JobFiles& files);

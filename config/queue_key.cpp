@@ -67,6 +67,7 @@ QueueChoice read_queue(const Section& root) {
   QueueChoice queue;
   queue.url = root.text("queue", "");
   queue.ahead = root.integer("queue_ahead", 1, kMostAhead, 1);
+  queue.plans = root.flag("plan_for_others", queue.plans);
   if (queue.url.empty() || !root.sound("queue")) return queue;
   if (const Result<void> good = check_queue_url(queue.url); !good)
     root.complain("queue", good.error().message);

@@ -1,5 +1,6 @@
 #pragma once
-// The keys `queue` and `queue_ahead` of a service's file: the shop's queue that its machine takes jobs from.
+// The keys `queue`, `queue_ahead` and `plan_for_others` of a service's file: the shop's queue that its
+// machine takes jobs from.
 
 #include <string>
 
@@ -8,8 +9,9 @@
 namespace tiltfeed::config {
 
 struct QueueChoice {
-  std::string url;  ///< postgresql://...; empty: the service's own spool alone
-  int ahead = 1;    ///< jobs of the shop that wait at this machine for their start, at most
+  std::string url;    ///< postgresql://...; empty: the service's own spool alone
+  bool plans = true;  ///< it plans for other machines while its own does nothing
+  int ahead = 1;      ///< jobs of the shop that wait at this machine for their start, at most
 };
 
 /// Problems are complaints at the keys; none of them repeats the address.

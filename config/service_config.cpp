@@ -17,9 +17,10 @@ Result<ServiceConfig> parse_service_config(const std::string& text, const std::s
   const Result<YamlNode> tree = parse_yaml(text, path);
   if (!tree) return tl::unexpected(tree.error());
   Complaint complaint(path);
-  const Section root(*tree, "",
-                     {"machine", "link", "spool", "socket", "watch", "queue", "queue_ahead", "retention"},
-                     complaint);
+  const Section root(
+      *tree, "",
+      {"machine", "link", "spool", "socket", "watch", "queue", "queue_ahead", "plan_for_others", "retention"},
+      complaint);
   const auto resolved = [&](const std::string& name) {
     return (std::filesystem::path(path).parent_path() / name).lexically_normal().string();
   };

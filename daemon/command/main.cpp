@@ -147,6 +147,8 @@ int run(int argc, char** argv) {
   planning->add_option("--progress", progress, "file that holds stage and percentage while it plans");
   planning->add_flag("--alone", files.alone,
                      "as a service plans: only job and part are there, a fixture of a file is refused");
+  planning->add_flag("--closed", files.closed,
+                     "as a service plans for another machine: no file is read but job, part and profile");
   planning->add_flag("--json", files.as_json, "print the report (JSON) instead of its summary");
   planning->add_option("--gouge-picture", files.gouge_picture,
                        "picture (PNG) of the deepest gouge where the program is refused");
@@ -175,7 +177,7 @@ int run(int argc, char** argv) {
   const SuggestCommand suggesting(app);
   const InitCommand beginning(app);
   const ToolsCommand tools(app);
-  ServiceCommands service(app);
+  ServiceCommands service(app, config::version());
   const ShopCommand shop(app);
   const ToolCommand tool_change(app);
   const DoctorCommand doctor(app, config::version());

@@ -92,7 +92,7 @@ struct ServiceCommands::Options {
            *hold = nullptr, *resume = nullptr, *stop = nullptr, *remove = nullptr, *watch = nullptr,
            *override_feed = nullptr, *reset = nullptr, *backup = nullptr;
   std::unique_ptr<SubmitCommand> submit;
-  std::string config, socket, link, machine, to;
+  std::string config, socket, link, machine, to, version;
   std::uint64_t job = 0, block = 0, from = 0;
   int percent = 100;
   bool yes = false, queue = false, as_json = false, check = false;
@@ -113,8 +113,10 @@ struct ServiceCommands::Options {
   int run_backup() const;
 };
 
-ServiceCommands::ServiceCommands(CLI::App& app) : options_(std::make_unique<Options>()) {
+ServiceCommands::ServiceCommands(CLI::App& app, const std::string& version)
+    : options_(std::make_unique<Options>()) {
   Options& o = *options_;
+  o.version = version;
   o.socket = service_socket();
   o.serve = app.add_subcommand("serve", "run the service of one machine");
   o.serve->add_option("--config", o.config, "its file (YAML)")->required();
@@ -373,7 +375,7 @@ std::optional<int> ServiceCommands::run() {
   Options& o = *options_;
   if (o.serve->parsed()) {
     if (o.check) return check_service(o.config, o.as_json);
-    const Result<void> served = serve(o.config);
+    const Result<void> served = serve(o.config, o.version);
     return served ? kExitDone : complain(served.error());
   }
   if (o.safe_stop->parsed()) return o.run_safe_stop();

@@ -16,7 +16,8 @@ namespace tiltfeed::daemon {
 /// command line.
 class ServiceCommands {
  public:
-  explicit ServiceCommands(CLI::App& app);
+  /// `version`: of this program.
+  ServiceCommands(CLI::App& app, const std::string& version);
   ~ServiceCommands();
   /// The exit status, when one of them was called.
   std::optional<int> run();

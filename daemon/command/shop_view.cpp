@@ -37,6 +37,21 @@ ordered_json entry_json(const ShopEntry& one) {
           {"fits_one", one.fits_one},   {"why_not", one.why_not}};
 }
 
+ordered_json plan_json(const ShopPlan& one) {
+  return {{"id", one.id},       {"name", one.name},       {"for", one.asker},   {"by", one.helper},
+          {"state", one.state}, {"percent", one.percent}, {"stage", one.stage}, {"asked", one.asked}};
+}
+
+std::string plan_line(const ShopPlan& one) {
+  std::string how = "waits for an idle machine";
+  if (one.state == "taken")
+    how = "planned by " + one.helper + ", " + std::to_string(one.percent) + " %" +
+          (one.stage.empty() ? "" : " (" + one.stage + ")");
+  if (one.state == "done") how = "planned by " + one.helper + ", not taken yet";
+  if (one.state == "failed") how = one.helper + " has no plan of it";
+  return "  " + one.name + " for " + one.asker + ": " + how + "\n";
+}
+
 }  // namespace
 
 void add_usage(const std::map<std::string, std::vector<ShopUsage>>& usage, ShopView& view) {
@@ -50,6 +65,8 @@ std::string view_json(const ShopView& view) {
   for (const ShopMachine& one : view.machines) json["machines"].push_back(machine_json(one));
   json["jobs"] = ordered_json::array();
   for (const ShopEntry& one : view.jobs) json["jobs"].push_back(entry_json(one));
+  json["plans"] = ordered_json::array();
+  for (const ShopPlan& one : view.plans) json["plans"].push_back(plan_json(one));
   return json.dump(-1, ' ', true, ordered_json::error_handler_t::replace);
 }
 
@@ -77,6 +94,8 @@ std::string view_text(const ShopView& view) {
     text += "  [" + one.needs + "]" + (one.note.empty() ? "" : "  (" + one.note + ")") + "\n";
     if (!one.fits_one) text += "      no machine fits: " + one.why_not + "\n";
   }
+  if (!view.plans.empty()) text += "planned for each other:\n";
+  for (const ShopPlan& one : view.plans) text += plan_line(one);
   return text;
 }
 

@@ -23,6 +23,7 @@ struct PlanFiles {
   bool engaged_feeds = false;          ///< the feed of cuts follows what the cutter has to do
   std::string stock;                   ///< with engaged_feeds: as `tiltfeed verify` has it
   bool alone = false;                  ///< only text and part came along: other files are refused
+  bool closed = false;                 ///< only text, part and profile did: likewise
 };
 
 /// What is written, by the options that name it.

@@ -47,6 +47,7 @@ JobService::JobService(const config::ServiceConfig& config, const LinkSpec& link
       link_(link),
       claim_(std::move(claim)),
       spool_(std::move(spool)),
+      help_(config.spool),
       runner_(std::make_unique<StreamThread>(std::move(alive))) {}
 
 Result<JobService> JobService::open(const config::ServiceConfig& config, std::function<void()> alive) {
@@ -273,6 +274,10 @@ std::string JobService::job_json(const SpooledJob& job, const std::vector<std::u
   }
   if (job.state == JobState::kPlanning && plan_.job == job.id && plan_.runs())
     if (const auto at = stage_of(plan_.folder)) json["stage"] = at->stage, json["percent"] = at->percent;
+  if (const PlanOrders::Order* order = orders_.of(job.id);
+      order != nullptr && order->standing.state == PlanState::kTaken)
+    json["planned_by"] = order->standing.helper, json["stage"] = order->standing.stage,
+    json["percent"] = order->standing.percent;
   if (job.state != JobState::kRunning || !runner_->busy()) return text_of(json);
   const RunView view = runner_->view();
   if (view.job != job.id) return text_of(json);
@@ -337,6 +342,7 @@ Result<std::string> JobService::remove(const SpooledJob& job) {
     if (const Result<std::string> left = leave_queue(job); !left) return left;
   arrivals_.drop(job.id);
   if (plan_.job == job.id) stop_plan(plan_);
+  forget_plan(job.id);
   if (const Result<void> removed = spool_.remove(job.id); !removed)
     return tl::unexpected<Error>(removed.error());
   if (changing_.job == job.id) changing_ = {};
@@ -371,8 +377,11 @@ void JobService::tick() {
   spool_.save_remembered();
   take_plan_end();
   take_check_end();
+  take_proof_ends();
+  give_up_silent();
   start_next();
   plan_next();
+  tend_help();
   tidy();
   tell_shop();
   if (!config_.watch.empty()) look_into_watch_folder();
@@ -381,7 +390,8 @@ void JobService::tick() {
 std::string JobService::status() const {
   if (!runner_->busy() && changing_.job != 0)
     return "job " + std::to_string(changing_.job) + " tool change: " + tool_text(changing_.change);
-  if (!runner_->busy()) return plan_.runs() ? "planning job " + std::to_string(plan_.job) : "idle";
+  if (!runner_->busy() && plan_.runs()) return "planning job " + std::to_string(plan_.job);
+  if (!runner_->busy()) return "idle" + (help_.text().empty() ? "" : ", " + help_.text());
   const RunView view = runner_->view();
   std::string text = "job " + std::to_string(view.job) + " " + phase_name(view.state.phase) + ": " +
                      std::to_string(view.state.executed) + " of " + std::to_string(view.state.total) +

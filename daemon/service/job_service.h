@@ -15,6 +15,8 @@
 #include "daemon/service/digest_check.h"
 #include "daemon/service/job_errands.h"
 #include "daemon/service/notify.h"
+#include "daemon/service/plan_help.h"
+#include "daemon/service/plan_orders.h"
 #include "daemon/service/planner.h"
 #include "daemon/service/spool.h"
 #include "daemon/service/spool_shop.h"
@@ -30,7 +32,7 @@ namespace tiltfeed::daemon {
 inline constexpr const char* kResumeAsks =
     "; resume asks the controller, which counts what it executed, and goes on after that";
 
-/// One machine's jobs. One at a time is planned.
+/// One machine's jobs. One at a time is planned here.
 /// Properties: 1 One at a time is on the wire. 2 Every change is in the spool before it is told, or it is
 /// told with "not in the spool yet". 3 Nothing resumes by itself. 4 Nothing starts by itself but the next in
 /// the queue, when the run before it was executed to its end and no restart, fault or stop lies between.
@@ -64,6 +66,13 @@ class JobService {
   void take_from_shop(const ShopJob& job, HandedFiles files, Done done);
   Result<void> overrule(const std::string& shop_job, const std::string& why);
   void show_shop(const std::string& text) { shop_text_ = text; }
+  /// What the shop's thread asks of orders of planning, each as PlanLedger says; without a version.
+  Result<LocalPlans> read_plans();
+  Result<void> plan_told(const std::string& id, const PlanStanding& standing);
+  Result<void> plan_returned(const std::string& id, const std::string& helper, const std::string& from,
+                             const std::vector<int>& files);
+  Result<bool> plan_take(const PlanTaken& order, const std::vector<int>& files);
+  void plan_settled(const std::string& id);
   /// `wake` is called while something is not told to the shop yet.
   void on_shop_news(std::function<void()> wake);
   /// The service is about to end: with a machine that is let go of in order, that is on record.
@@ -141,6 +150,14 @@ class JobService {
   void stand_still(std::uint64_t job, const std::string& why);
   void plan_failed(SpooledJob job, const std::string& why);
   void plan_next();
+  bool is_at_work() const;
+  bool may_help() const;
+  bool is_planned_elsewhere(const SpooledJob& job, bool free);
+  void plan_here(std::uint64_t id, const std::string& why);
+  void take_proof_ends();
+  void give_up_silent();
+  void forget_plan(std::uint64_t job);
+  void tend_help();
   void look_into_watch_folder();
   void take_watched(const WatchedFolder& found);
   void forget_watched(const std::string& path, const FileStamp& stamp);
@@ -166,6 +183,10 @@ class JobService {
   MachineClaim claim_;
   Spool spool_;
   PlanProcess plan_;
+  PlanOrders orders_;                                      ///< plans that other services are asked for
+  std::vector<PlanProcess> proofs_;                        ///< of what came back
+  PlanHelper help_;                                        ///< for others
+  std::chrono::steady_clock::time_point shop_asked_ = {};  ///< when the shop's thread asked last
   DigestCheck check_;
   Errands errands_;
   Arrivals arrivals_;

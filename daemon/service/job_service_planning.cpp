@@ -33,17 +33,28 @@ void JobService::take_check_end() {
   if (!run) return;
   Result<SpooledJob> job = spool_.find(check_.job());
   if (!job || given_up(*job)) return;  // removed meanwhile, or the shop has taken it back
+  const PlanOrders::Order* const order = orders_.of(job->id);
+  const std::string helper = order != nullptr ? order->standing.helper : "";
+  if (!*run && order != nullptr)
+    return plan_here(job->id, "the plan of " + helper + " is not taken: " + run->error().message);
   if (!*run) return plan_failed(*job, run->error().message);
   job->total = (*run)->subject.total;
   job->hash = hex((*run)->subject.program);
-  set(*job, JobState::kReady, job->program ? "checked" : "planned");
+  orders_.forget(job->id);
+  set(*job, JobState::kReady,
+      job->program     ? "checked"
+      : helper.empty() ? "planned"
+                       : "planned by " + helper + ", proved here");
 }
 
 void JobService::plan_next() {
-  if (plan_.runs() || check_.busy()) return;
+  const bool free = !plan_.runs() && !check_.busy();
+  if (!free && !shop_wake_) return;
   const auto jobs = spool_.received();
   if (!jobs) return;
   for (const SpooledJob& job : *jobs) {
+    if (!job.program && is_planned_elsewhere(job, free)) continue;
+    if (!free) continue;
     if (job.program) return check_.start(spool_.file(job.id, "program.nc"), link_, job.id);
     Result<PlanProcess> started = start_plan(job.id, spool_.folder_of(job.id), config_.machine.path);
     if (!started) return plan_failed(job, started.error().message);

@@ -357,6 +357,8 @@ Result<void> JobService::settle() {
 
 void JobService::leave() {
   stop_plan(plan_);
+  help_.give_back();
+  proofs_.clear();
   leaving_ = true;
   errands_.withdraw(0);
   queue_moves_ = false;  // also where the run still comes to its end

@@ -177,6 +177,7 @@ Result<void> JobService::overrule(const std::string& shop_job, const std::string
   errands_.withdraw(job.id);
   arrivals_.drop(job.id);
   if (plan_.job == job.id) stop_plan(plan_);
+  forget_plan(job.id);
   if (job.place > 0) stand_still(job.id, name_of(job.id) + " was taken back by the shop");
   SpooledJob over = job;
   over.place = 0;

@@ -118,7 +118,7 @@ class Front {
 
 }  // namespace
 
-Result<void> serve(const std::string& config_path) {
+Result<void> serve(const std::string& config_path, const std::string& version) {
   // Whoever may write into the spool decides what the machine is given.
   ::umask(::umask(0) | S_IWGRP | S_IRWXO);
   const Result<config::ServiceConfig> config = config::load_service_config(config_path);
@@ -142,7 +142,7 @@ Result<void> serve(const std::string& config_path) {
   JobServiceThread thread(*jobs, [&watchdog] { watchdog.feed(); });
   gate.open(thread);
   if (!config->queue.url.empty())
-    thread.post([&](JobService&) { shop.emplace(config->queue.url, gate.ledger()); });
+    thread.post([&](JobService&) { shop.emplace(config->queue.url, gate.ledger(), gate.plans(version)); });
   Front front(*jobs, thread, *socket);
   notify("READY=1\nSTATUS=idle");
   for (;;) {

@@ -13,7 +13,8 @@ namespace tiltfeed::daemon {
 /// grants, whatever the service does. 3 SIGHUP reads the configuration again; a bad one changes nothing.
 /// 4 Over the Modbus ring a job that SIGTERM or kill -9 cut off goes on by `resume`, each block once and in
 /// order. 5 After any end nothing starts or resumes without an operator.
+/// `version`: of this program; plans of another are not taken.
 /// Errors: kIo, kInput, kUsage at the start; afterwards everything goes to the log.
-Result<void> serve(const std::string& config_path);
+Result<void> serve(const std::string& config_path, const std::string& version);
 
 }  // namespace tiltfeed::daemon

@@ -166,4 +166,29 @@ ShopLedger ShopGate::ledger() const {
   return ledger;
 }
 
+PlanLedger ShopGate::plans(const std::string& version) const {
+  PlanLedger plans;
+  const auto way = way_;
+  plans.read = [way, version] {
+    Result<LocalPlans> local = way->ask_now<LocalPlans>([](JobService& jobs) { return jobs.read_plans(); });
+    if (local) local->version = version;
+    return local;
+  };
+  plans.told = [way](const std::string& id, const PlanStanding& standing) {
+    return way->ask_now<void>([id, standing](JobService& jobs) { return jobs.plan_told(id, standing); });
+  };
+  // The descriptors stay open until the job service has answered, or never will.
+  plans.returned = [way](const std::string& id, const std::string& helper, const std::string& from,
+                         const std::vector<int>& files) {
+    return way->ask_now<void>([=](JobService& jobs) { return jobs.plan_returned(id, helper, from, files); });
+  };
+  plans.take = [way](const PlanTaken& order, const std::vector<int>& files) {
+    return way->ask_now<bool>([order, files](JobService& jobs) { return jobs.plan_take(order, files); });
+  };
+  plans.settled = [way](const std::string& id) {
+    return way->ask_now<void>([id](JobService& jobs) { return jobs.plan_settled(id), Result<void>(); });
+  };
+  return plans;
+}
+
 }  // namespace tiltfeed::daemon

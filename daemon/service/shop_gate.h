@@ -5,6 +5,7 @@
 #include <string>
 
 #include "daemon/service/job_service_thread.h"
+#include "daemon/shop/shop_plans.h"
 #include "daemon/shop/shop_record.h"
 
 namespace tiltfeed::daemon {
@@ -17,6 +18,8 @@ class ShopGate {
   void open(JobServiceThread& thread);
   void close();
   ShopLedger ledger() const;
+  /// `version`: of this program.
+  PlanLedger plans(const std::string& version) const;
 
  private:
   struct Way;

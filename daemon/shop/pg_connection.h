@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -26,6 +27,9 @@ using PgRow = std::vector<std::string>;  ///< NULL is empty
 struct PgRows {
   std::vector<PgRow> rows;
 };
+
+/// Asks a database. Errors: as PgConnection::ask.
+using ShopAsk = std::function<Result<PgRows>(const std::string& sql, const std::vector<PgValue>& values)>;
 
 /// The address has no password and is one that libpq understands. Errors: kInput, without the address.
 Result<void> check_pg_url(const std::string& url);

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <optional>
 
+#include "daemon/shop/shop_files.h"
 #include "daemon/shop/shop_layout.h"
 
 namespace tiltfeed::daemon {
@@ -31,11 +32,6 @@ std::string id_array(const std::vector<std::string>& ids) {
   std::string text = "{";
   for (const std::string& id : ids) text += (text.size() > 1 ? "," : "") + id;
   return text + "}";
-}
-
-bool is_digest(const std::string& text) {
-  constexpr std::size_t kDigits = 64;
-  return text.size() == kDigits && text.find_first_not_of("0123456789abcdef") == text.npos;
 }
 
 /// Controller and database both know it: it moved, or may have.
@@ -146,7 +142,19 @@ Result<void> ShopClient::turn(const ShopAsk& ask) {
   }
   for (const ShopJob& job : local->accepted)
     if (const Result<void> here = bring(ask, job); !here) return here;
-  return take_more(ask, *found);
+  if (Result<void> taken = take_more(ask, *found); !taken) return taken;
+  return turn_plans(ask);
+}
+
+/// Jobs go on without: who asks plans by itself.
+Result<void> ShopClient::turn_plans(const ShopAsk& ask) {
+  const Result<void> turned = plans_.turn(ask, machine_);
+  if (turned) plan_trouble_.clear();
+  if (turned || turned.error().code != Code::kInput) return turned;
+  const std::string& trouble = turned.error().message;
+  if (trouble != plan_trouble_) ledger_.log(true, "planning for each other in the shop: " + trouble);
+  plan_trouble_ = trouble;
+  return {};
 }
 
 Result<void> ShopClient::give_back(const ShopAsk& ask, const LocalShop& local) {

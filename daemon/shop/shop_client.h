@@ -7,12 +7,10 @@
 #include <vector>
 
 #include "daemon/shop/pg_connection.h"
+#include "daemon/shop/shop_plans.h"
 #include "daemon/shop/shop_record.h"
 
 namespace tiltfeed::daemon {
-
-/// A statement of shop_layout.h. Errors: as PgConnection::ask.
-using ShopAsk = std::function<Result<PgRows>(const std::string& sql, const std::vector<PgValue>& values)>;
 
 /// Properties: 1 A job is recorded as claimed before the database is told that it is accepted, and comes into
 /// the spool only after the database has confirmed that. 2 A job that was recorded once never comes into the
@@ -22,7 +20,9 @@ using ShopAsk = std::function<Result<PgRows>(const std::string& sql, const std::
 /// that the database has given to another or taken back, is overruled.
 class ShopClient {
  public:
-  explicit ShopClient(ShopLedger ledger) : ledger_(std::move(ledger)) {}
+  /// `plans`: orders of planning, behind all else; what is wrong with them alone is logged.
+  explicit ShopClient(ShopLedger ledger, PlanLedger plans = {})
+      : ledger_(std::move(ledger)), plans_(std::move(plans), ledger_.scratch) {}
   /// All that can be done now. Errors: those of `ask` and of the ledger.
   Result<void> turn(const ShopAsk& ask);
   /// This machine's identity; empty before the first turn.
@@ -47,17 +47,15 @@ class ShopClient {
                                        const std::vector<std::string>& fits);
   void show(const std::string& text);
 
+  Result<void> turn_plans(const ShopAsk& ask);
+
   ShopLedger ledger_;
+  ShopPlans plans_;
+  std::string plan_trouble_;  ///< in the log already
   std::string machine_, shown_;
   bool room_ = true;
   std::string retold_;  ///< the state of the database in which all was reported again
 };
-
-/// The files of a claimed job, as the database has them: open, at their beginning, and checked by their
-/// digests. The caller closes them. Errors: kInput: they are not what was claimed; kIo (the spool's disk);
-/// those of `ask`.
-Result<std::vector<int>> fetch_files(const ShopAsk& ask, const ShopJob& job,
-                                     const std::function<int()>& scratch);
 
 /// A row of kShopClaim. Errors: kInput with what is wrong with it.
 Result<ShopJob> read_claim(const PgRow& row);

@@ -1,13 +1,14 @@
 // The files of a claimed job, piece by piece out of the database.
 
+#include "daemon/shop/shop_files.h"
+
+#include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstring>
 
 #include "daemon/files/sha256.h"
-#include "daemon/shop/shop_client.h"
 #include "daemon/shop/shop_layout.h"
 
 namespace tiltfeed::daemon {
@@ -42,13 +43,56 @@ Result<void> write_all(int file, const std::string& bytes) {
   return {};
 }
 
-Result<void> fetch_file(const ShopAsk& ask, const ShopJob& job, std::size_t index, int into) {
-  const ShopFile& wanted = job.files[index];
+}  // namespace
+
+bool is_digest(const std::string& text) {
+  constexpr std::size_t kDigits = 64;
+  return text.size() == kDigits && text.find_first_not_of("0123456789abcdef") == text.npos;
+}
+
+Result<ShopFile> read_pieces(int file, const std::function<Result<void>(const std::string& piece)>& take) {
+  struct stat about {};
+  if (::fstat(file, &about) != 0) return fail(Code::kIo, std::strerror(errno));
+  if (!S_ISREG(about.st_mode)) return fail(Code::kInput, "is no regular file");
+  Sha256Sum sum;
+  ShopFile read;
+  std::string piece;
+  for (;;) {
+    piece.resize(kShopPieceBytes);
+    std::size_t have = 0;
+    while (have < piece.size()) {
+      const ssize_t got =
+          ::pread(file, piece.data() + have, piece.size() - have, static_cast<off_t>(read.bytes + have));
+      if (got < 0 && errno == EINTR) continue;
+      if (got < 0) return fail(Code::kIo, std::strerror(errno));
+      if (got == 0) break;
+      have += static_cast<std::size_t>(got);
+    }
+    piece.resize(have);
+    if (have == 0) break;
+    read.bytes += have;
+    if (read.bytes > kMostShopBytes)
+      return fail(Code::kInput, "is larger than " + std::to_string(kMostShopBytes >> 20U) +
+                                    " MiB, which a shop's queue takes; submit it to the machine itself");
+    sum.add(piece);
+    if (const Result<void> taken = take(piece); !taken) return tl::unexpected<Error>(taken.error());
+  }
+  if (read.bytes == 0) return fail(Code::kInput, "is empty, there is nothing to send");
+  read.sha256 = hex(sum.finish());
+  return read;
+}
+
+Result<ShopFile> read_digest(int file) {
+  return read_pieces(file, [](const std::string&) { return Result<void>(); });
+}
+
+Result<void> fetch_pieces(const ShopFile& wanted, const std::function<Result<PgRows>(std::uint64_t)>& piece,
+                          int into) {
   Sha256Sum sum;
   std::string bytes;
   std::uint64_t have = 0;
-  for (std::uint64_t piece = 0; have < wanted.bytes; ++piece) {
-    const Result<PgRows> rows = ask(kShopPiece, {job.ticket.job, std::uint64_t{index}, piece});
+  for (std::uint64_t number = 0; have < wanted.bytes; ++number) {
+    const Result<PgRows> rows = piece(number);
     if (!rows) return tl::unexpected<Error>(rows.error());
     const bool one =
         rows->rows.size() == 1 && rows->rows[0].size() == 1 && rows->rows[0][0].size() <= 2 * kShopPieceBytes;
@@ -66,8 +110,6 @@ Result<void> fetch_file(const ShopAsk& ask, const ShopJob& job, std::size_t inde
   return {};
 }
 
-}  // namespace
-
 Result<std::vector<int>> fetch_files(const ShopAsk& ask, const ShopJob& job,
                                      const std::function<int()>& scratch) {
   std::vector<int> files;
@@ -77,13 +119,26 @@ Result<std::vector<int>> fetch_files(const ShopAsk& ask, const ShopJob& job,
     if (files.back() < 0)
       fetched = fail(Code::kIo, std::string("the spool takes no file of the shop: ") + std::strerror(errno));
     else
-      fetched = fetch_file(ask, job, index, files.back());
+      fetched = fetch_pieces(
+          job.files[index],
+          [&](std::uint64_t piece) {
+            return ask(kShopPiece, {job.ticket.job, std::uint64_t{index}, piece});
+          },
+          files.back());
     if (fetched) continue;
     for (const int file : files)
       if (file >= 0) ::close(file);
     return tl::unexpected<Error>(fetched.error());
   }
   return files;
+}
+
+Result<void> in_one_transaction(const ShopAsk& ask, const std::function<Result<void>()>& work) {
+  if (const auto begun = ask("BEGIN", {}); !begun) return tl::unexpected<Error>(begun.error());
+  Result<void> done = work();
+  const auto ended = ask(done ? "COMMIT" : "ROLLBACK", {});
+  if (done && !ended) return tl::unexpected<Error>(ended.error());
+  return done;
 }
 
 }  // namespace tiltfeed::daemon

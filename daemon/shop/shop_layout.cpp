@@ -1,5 +1,7 @@
 #include "daemon/shop/shop_layout.h"
 
+#include "daemon/shop/shop_plan_layout.h"
+
 namespace tiltfeed::daemon {
 
 namespace {
@@ -199,31 +201,39 @@ END $$)sql";
 }  // namespace
 
 const std::vector<std::string>& shop_layout() {
-  static const std::vector<std::string> statements = {
-      "CREATE SCHEMA tiltfeed",
-      kShopTable,
-      "INSERT INTO tiltfeed.shop (layout) VALUES (" + std::to_string(kShopLayout) + ")",
-      kMachinesTable,
-      kJobsTable,
-      "CREATE INDEX jobs_open ON tiltfeed.jobs (number) WHERE state IN ('open', 'claimed')",
-      kPiecesTable,
-      kHello,
-      kClaim,
-      kAccept,
-      kReport,
-      kStatesTable,
-      kTellStates,
-  };
+  static const std::vector<std::string> statements = [] {
+    std::vector<std::string> all = {
+        "CREATE SCHEMA tiltfeed",
+        kShopTable,
+        "INSERT INTO tiltfeed.shop (layout) VALUES (" + std::to_string(kShopLayout) + ")",
+        kMachinesTable,
+        kJobsTable,
+        "CREATE INDEX jobs_open ON tiltfeed.jobs (number) WHERE state IN ('open', 'claimed')",
+        kPiecesTable,
+        kHello,
+        kClaim,
+        kAccept,
+        kReport,
+        kStatesTable,
+        kTellStates,
+    };
+    all.insert(all.end(), shop_plan_layout().begin(), shop_plan_layout().end());
+    return all;
+  }();
   return statements;
 }
 
-const std::vector<std::string>& shop_upgrade() {
-  static const std::vector<std::string> statements = {
-      kLiveColumn, "DROP FUNCTION tiltfeed.hello(uuid, text, text, text, text, bigint, text, bigint, bigint)",
-      kHello,      kStatesTable,
-      kTellStates, "UPDATE tiltfeed.shop SET layout = " + std::to_string(kShopLayout),
-  };
-  return statements;
+std::vector<std::string> shop_upgrade(const std::string& from) {
+  std::vector<std::string> all;
+  if (from == "1")
+    all = {kLiveColumn,
+           "DROP FUNCTION tiltfeed.hello(uuid, text, text, text, text, bigint, text, bigint, bigint)", kHello,
+           kStatesTable, kTellStates};
+  else if (from != "2")
+    return all;
+  all.insert(all.end(), shop_plan_layout().begin(), shop_plan_layout().end());
+  all.push_back("UPDATE tiltfeed.shop SET layout = " + std::to_string(kShopLayout));
+  return all;
 }
 
 }  // namespace tiltfeed::daemon

@@ -7,12 +7,13 @@
 namespace tiltfeed::daemon {
 
 /// Kept in the database; a program refuses another.
-inline constexpr int kShopLayout = 2;
+inline constexpr int kShopLayout = 3;
 
 /// One statement each, in this order, in one transaction. Fails where the schema tiltfeed is there.
 const std::vector<std::string>& shop_layout();
-/// Likewise, from layout 1 to this one. Services that know another layout stop taking jobs, and say so.
-const std::vector<std::string>& shop_upgrade();
+/// Likewise, from an earlier layout to this one; empty: no such layout. Services that know another layout
+/// stop taking jobs, and say so.
+std::vector<std::string> shop_upgrade(const std::string& from);
 
 /// States of a job that are the database's own; all others are the spool's words, told by a machine.
 /// open: for whoever fits. claimed: offered to a machine, until its lease ends. accepted: a machine's own.
@@ -56,8 +57,11 @@ inline constexpr const char* kShopPiece =
     "SELECT encode(bytes, 'hex') FROM tiltfeed.pieces WHERE job = $1 AND file = $2 AND piece = $3 AND "
     "octet_length(bytes) <= 262144";
 inline constexpr std::size_t kShopPieceBytes = 262144;
-/// $1 machine: it ends in order; nobody waits for it.
-inline constexpr const char* kShopBye = "UPDATE tiltfeed.machines SET away = true, status = '' WHERE id = $1";
+/// $1 machine: it ends in order; nobody waits for it, and others plan what it planned for them.
+inline constexpr const char* kShopBye =
+    "WITH back AS (UPDATE tiltfeed.plans SET state = 'open', helper = NULL, lease = NULL, tries = tries - 1 "
+    "WHERE helper = $1 AND state = 'taken') UPDATE tiltfeed.machines SET away = true, status = '', plans = "
+    "'' WHERE id = $1";
 inline constexpr const char* kShopListen = "LISTEN tiltfeed_jobs";
 inline constexpr const char* kShopNotify = "SELECT pg_notify('tiltfeed_jobs', '')";
 

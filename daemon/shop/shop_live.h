@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/shop/shop_client.h"
+#include "daemon/shop/pg_connection.h"
 #include "kinematics/basics/result.h"
 
 namespace tiltfeed::daemon {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "daemon/shop/shop_files.h"
 #include "daemon/shop/shop_layout.h"
 
 namespace tiltfeed::daemon {
@@ -34,27 +35,21 @@ Result<std::string> one_value(const Result<PgRows>& rows) {
 
 }  // namespace
 
-Result<void> in_one_transaction(const ShopAsk& ask, const std::function<Result<void>()>& work) {
-  if (const auto begun = ask("BEGIN", {}); !begun) return tl::unexpected<Error>(begun.error());
-  Result<void> done = work();
-  const auto ended = ask(done ? "COMMIT" : "ROLLBACK", {});
-  if (done && !ended) return tl::unexpected<Error>(ended.error());
-  return done;
-}
-
 Result<bool> init_shop(const ShopAsk& ask) {
   const Result<std::string> there =
       one_value(ask("SELECT count(*) FROM pg_namespace WHERE nspname = 'tiltfeed'", {}));
   if (!there) return tl::unexpected<Error>(there.error());
   const bool fresh = *there == "0";
+  std::vector<std::string> statements = shop_layout();
   const Result<void> made = in_one_transaction(ask, [&]() -> Result<void> {
     if (!fresh) {
       const Result<std::string> layout = one_value(ask("SELECT layout FROM tiltfeed.shop FOR UPDATE", {}));
       if (!layout) return tl::unexpected<Error>(layout.error());
-      if (*layout != "1")
+      statements = shop_upgrade(*layout);
+      if (statements.empty())
         return fail(Code::kUsage, "this database has the schema tiltfeed already, of layout " + *layout);
     }
-    for (const std::string& statement : fresh ? shop_layout() : shop_upgrade())
+    for (const std::string& statement : statements)
       if (const auto done = ask(statement, {}); !done) return tl::unexpected<Error>(done.error());
     return {};
   });
@@ -116,6 +111,9 @@ Result<ShopView> view_shop(const ShopAsk& ask, ShopPick pick) {
     if (entry.state == "open" && !needs) entry.fits_one = false, entry.why_not = needs.error().message;
     view.jobs.push_back(std::move(entry));
   }
+  auto plans = view_plans(ask);
+  if (!plans) return tl::unexpected<Error>(plans.error());
+  view.plans = std::move(*plans);
   return view;
 }
 

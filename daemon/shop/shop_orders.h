@@ -6,16 +6,14 @@
 #include <string>
 #include <vector>
 
-#include "daemon/shop/shop_client.h"
+#include "daemon/shop/shop_fit.h"
 #include "daemon/shop/shop_live.h"
+#include "daemon/shop/shop_plans.h"
 
 namespace tiltfeed::daemon {
 
-/// `work` between BEGIN and COMMIT, or ROLLBACK where it fails.
-Result<void> in_one_transaction(const ShopAsk& ask, const std::function<Result<void>()>& work);
-
-/// Makes the tables (true), or brings those of layout 1 up to date (false). Errors: kUsage: they are there as
-/// this version has them, or of a later one.
+/// Makes the tables (true), or brings those of an earlier layout up to date (false). Errors: kUsage: they are
+/// there as this version has them, or of a later one.
 Result<bool> init_shop(const ShopAsk& ask);
 
 struct ShopSubmission {
@@ -59,6 +57,7 @@ struct ShopView {
   std::string halted;
   std::vector<ShopMachine> machines;
   std::vector<ShopEntry> jobs;  ///< the newest first, 1,000 at most
+  std::vector<ShopPlan> plans;
 };
 /// Which jobs: those that are neither done nor withdrawn; with those of the last day, behind them; or all.
 enum class ShopPick : std::uint8_t { kOpen, kDay, kAll };

@@ -1,54 +1,14 @@
 // A job into the shop's queue: its files by pieces, in one transaction.
 
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include <algorithm>
-#include <array>
-#include <cerrno>
 #include <cstdlib>
-#include <cstring>
 
-#include "daemon/files/sha256.h"
+#include "daemon/shop/shop_files.h"
 #include "daemon/shop/shop_layout.h"
 #include "daemon/shop/shop_orders.h"
 
 namespace tiltfeed::daemon {
 
 namespace {
-
-/// Reads the whole file from its beginning, a piece at a time.
-Result<ShopFile> read_pieces(int file, const std::function<Result<void>(const std::string& piece)>& take) {
-  struct stat about {};
-  if (::fstat(file, &about) != 0) return fail(Code::kIo, std::strerror(errno));
-  if (!S_ISREG(about.st_mode)) return fail(Code::kInput, "is no regular file");
-  Sha256Sum sum;
-  ShopFile read;
-  std::string piece;
-  for (;;) {
-    piece.resize(kShopPieceBytes);
-    std::size_t have = 0;
-    while (have < piece.size()) {
-      const ssize_t got =
-          ::pread(file, piece.data() + have, piece.size() - have, static_cast<off_t>(read.bytes + have));
-      if (got < 0 && errno == EINTR) continue;
-      if (got < 0) return fail(Code::kIo, std::strerror(errno));
-      if (got == 0) break;
-      have += static_cast<std::size_t>(got);
-    }
-    piece.resize(have);
-    if (have == 0) break;
-    read.bytes += have;
-    if (read.bytes > kMostShopBytes)
-      return fail(Code::kInput, "is larger than " + std::to_string(kMostShopBytes >> 20U) +
-                                    " MiB, which a shop's queue takes; submit it to the machine itself");
-    sum.add(piece);
-    if (const Result<void> taken = take(piece); !taken) return tl::unexpected<Error>(taken.error());
-  }
-  if (read.bytes == 0) return fail(Code::kInput, "is empty, there is nothing to send");
-  read.sha256 = hex(sum.finish());
-  return read;
-}
 
 Result<void> send_files(const ShopAsk& ask, const ShopSubmission& job, const std::vector<ShopFile>& files) {
   for (std::size_t index = 0; index < files.size(); ++index) {
@@ -123,7 +83,7 @@ Result<std::uint64_t> submit_to_shop(const ShopAsk& ask, const ShopSubmission& j
   if (needs.size() > kMostShopJson) return fail(Code::kInput, "what the job needs is too long");
   std::vector<ShopFile> files;
   for (const int file : job.files) {
-    const Result<ShopFile> read = read_pieces(file, [](const std::string&) { return Result<void>(); });
+    const Result<ShopFile> read = read_digest(file);
     if (!read) return tl::unexpected<Error>(read.error());
     files.push_back(*read);
   }

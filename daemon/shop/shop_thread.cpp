@@ -32,7 +32,8 @@ constexpr std::chrono::seconds kEndPatience{2};
 }  // namespace
 
 struct ShopThread::Work {
-  Work(std::string its_url, ShopLedger ledger) : url(std::move(its_url)), client(std::move(ledger)) {}
+  Work(std::string its_url, ShopLedger ledger, PlanLedger plans)
+      : url(std::move(its_url)), client(std::move(ledger), std::move(plans)) {}
   Work(const Work&) = delete;
   Work& operator=(const Work&) = delete;
   ~Work() {
@@ -127,8 +128,8 @@ void ShopThread::Work::run() {
   over.notify_all();
 }
 
-ShopThread::ShopThread(const std::string& url, ShopLedger ledger)
-    : work_(std::make_shared<Work>(url, std::move(ledger))) {
+ShopThread::ShopThread(const std::string& url, ShopLedger ledger, PlanLedger plans)
+    : work_(std::make_shared<Work>(url, std::move(ledger), std::move(plans))) {
   std::thread([work = work_] { work->run(); }).detach();
 }
 

@@ -12,7 +12,7 @@ namespace tiltfeed::daemon {
 /// and at a notification: at once, but 1 to 3 s after the turn before, or 3 to 5 s where there is no room.
 class ShopThread {
  public:
-  ShopThread(const std::string& url, ShopLedger ledger);
+  ShopThread(const std::string& url, ShopLedger ledger, PlanLedger plans = {});
   ShopThread(const ShopThread&) = delete;
   ShopThread& operator=(const ShopThread&) = delete;
   /// Waits for the end 2 s at most: a thread that the system keeps with the name of a host ends by itself

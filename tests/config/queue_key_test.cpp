@@ -66,6 +66,12 @@ TEST(QueueKey, TheServicesFile) {
   ASSERT_TRUE(good) << good.error().message;
   EXPECT_EQ(good->queue.url, "postgresql://shop@db/shop");
   EXPECT_EQ(good->queue.ahead, 3);
+  EXPECT_TRUE(good->queue.plans);
+  const auto off =
+      parse_service_config(machine + "queue: postgresql://d/s\nplan_for_others: false\n", "/m.yaml");
+  ASSERT_TRUE(off) << off.error().message;
+  EXPECT_FALSE(off->queue.plans);
+  EXPECT_FALSE(parse_service_config(machine + "plan_for_others: perhaps\n", "/m.yaml"));
   const auto secret = parse_service_config(machine + "queue: postgresql://shop:geheim@db/shop\n", "/m.yaml");
   ASSERT_FALSE(secret);
   EXPECT_NE(secret.error().message.find("/m.yaml:5:8"), std::string::npos) << secret.error().message;

@@ -62,6 +62,7 @@ test('every machine says what is known of it', async (t) => {
     assert.match(silent.text, /It was running with mould half when it was heard last\. What it does now is not known here: it may be moving\./);
     assert.equal((await card(page, 'fork head')).state, 'Service ended');
     assert.match(await text_of(page, '#shop-summary'), /6 machines: 1 fault, 1 running, 1 held, 1 idle, 1 not heard, 1 service ended\. 2 jobs wait for a machine, 1 of them fit none\./);
+    assert.match(await text_of(page, '#shop-plans'), /mould core for ac5 north: planned by generic-ac, 40 % \(links\)seat rail 2 for ac5 north: waits for an idle machine/);
     await shot(page, `shop-${name}-${scheme}`);
     await check_layout(page, viewport.hasTouch ?? false);
     await check_accessible(page);

@@ -1,5 +1,5 @@
 // What anybody with a password of the shop's database may have written there: needs of a job, what a machine
-// has and is at, a claim. The first byte says which.
+// has and is at, a claim, orders of planning. The first byte says which.
 
 #include "daemon/shop/shop_client.h"
 
@@ -59,6 +59,50 @@ void read_row(const std::string& text) {
   HOLDS(all <= kMostShopBytes);
 }
 
+/// Answers of a database about orders of planning: columns end at a tab, rows at a line's end, answers at a
+/// form feed. Nothing was sent, so nothing that comes back is taken.
+void read_plans(const std::string& text) {
+  std::vector<PgRows> answers(1);
+  answers.back().rows.emplace_back(1);
+  for (const char c : text) {
+    if (c == '\f')
+      answers.emplace_back().rows.emplace_back(1);
+    else if (c == '\n')
+      answers.back().rows.emplace_back(1);
+    else if (c == '\t')
+      answers.back().rows.back().emplace_back();
+    else
+      answers.back().rows.back().back().push_back(c);
+  }
+  std::size_t asked = 0;
+  const ShopAsk ask = [&](const std::string&, const std::vector<PgValue>&) -> Result<PgRows> {
+    return asked < answers.size() ? answers[asked++] : PgRows();
+  };
+  const std::string id = "00000000-0000-4000-8000-000000000001";
+  PlanLedger ledger;
+  ledger.read = [&]() -> Result<LocalPlans> {
+    return LocalPlans{"1", true, {{id, "part", {"/none", "/none", "/none"}}}, std::nullopt};
+  };
+  ledger.told = [&](const std::string& about, const PlanStanding& standing) -> Result<void> {
+    HOLDS(about == id && standing.percent >= 0 && standing.percent <= 100);
+    HOLDS(standing.helper.size() <= 100 && standing.stage.size() <= 100 && standing.note.size() <= 700);
+    return {};
+  };
+  ledger.returned = [](const std::string&, const std::string&, const std::string&,
+                       const std::vector<int>&) -> Result<void> {
+    HOLDS(false);
+    return {};
+  };
+  ledger.take = [](const PlanTaken& order, const std::vector<int>& files) -> Result<bool> {
+    HOLDS(is_uuid(order.id) && files.size() == kPlanInputs && order.name.size() <= 100);
+    return false;
+  };
+  ledger.settled = [](const std::string&) { return Result<void>(); };
+  ShopPlans plans(ledger, [] { return -1; });
+  const auto turned = plans.turn(ask, id);
+  HOLDS(turned || turned.error().code == Code::kUsage || turned.error().code == Code::kIo);
+}
+
 }  // namespace
 
 FUZZ_TARGET(shop) {
@@ -68,6 +112,8 @@ FUZZ_TARGET(shop) {
     read_live(text);
   else if (bytes[0] == 'c')
     read_row(text);
+  else if (bytes[0] == 'p')
+    read_plans(text);
   else
     read_needs(text);
 }

@@ -113,6 +113,11 @@ class Cluster:
         assert out.returncode == 0, out.stderr
         return [line.split("\t") for line in out.stdout.splitlines()]
 
+    def run_file(self, path):
+        done = subprocess.run([f"{BINS[-1]}/psql", "-h", self.folder, "-U", "shop", "-d", "postgres", "-XAtq", "-v", "ON_ERROR_STOP=1",
+                               "-f", path], capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+
     def url(self, folder=None):
         return f"postgresql://shop@/postgres?host={folder or self.folder}"
 

@@ -20,6 +20,8 @@ from shop_cluster import Cluster, Proxy, SKIPPED, is_here
 
 DAY = 86400 * 1000  # ms
 PROFILE = f"{ROOT}/config/machines/generic-ac.yaml"
+SECOND_LAYOUT = """DROP TABLE tiltfeed.plan_pieces; DROP TABLE tiltfeed.plan_files; DROP TABLE tiltfeed.plans;
+ALTER TABLE tiltfeed.machines DROP COLUMN plans; UPDATE tiltfeed.shop SET layout = 2"""
 FIRST_LAYOUT = """DROP FUNCTION tiltfeed.hello; DROP FUNCTION tiltfeed.tell_states; DROP TABLE tiltfeed.states;
 ALTER TABLE tiltfeed.machines DROP COLUMN live; UPDATE tiltfeed.shop SET layout = 1;
 CREATE FUNCTION tiltfeed.hello(in_machine uuid, in_name text, in_offer text, in_status text, in_shop text, in_epoch bigint,
@@ -27,13 +29,18 @@ in_epoch_id text, in_token bigint, in_serial bigint) RETURNS integer LANGUAGE sq
 
 
 def test_upgrade(run, cluster):
-    """A database of the first layout, as it was: the rows stay, and services come again."""
+    """A database of the second layout, and of the first, as it was: the rows stay, and services come again."""
     shop = ["--shop", cluster.url()]
     run.want(json.loads(run.tiltfeed("shop", "init", "--json", *shop)[1])["fresh"], "not made")
     status, said = run.tiltfeed("shop", "init", *shop)
-    run.want(status == 2 and "of layout 2" in said, said)
-    for statement in FIRST_LAYOUT.split(";"):
-        cluster.sql(statement)
+    run.want(status == 2 and "of layout 3" in said, said)
+    for layout in ([SECOND_LAYOUT], [SECOND_LAYOUT, FIRST_LAYOUT]):
+        for statement in ";".join(layout).split(";"):
+            cluster.sql(statement)
+        if len(layout) == 1:
+            run.want(not json.loads(run.tiltfeed("shop", "init", "--json", *shop)[1])["fresh"], "not brought up to date")
+            listed = json.loads(run.tiltfeed("shop", "list", "--json", *shop)[1])
+            run.want(listed["plans"] == [], listed)
     cluster.sql("INSERT INTO tiltfeed.machines (id, name, offer, status, incarnation, token, seen) SELECT gen_random_uuid(), 'old', '{}', '', "
                 "'', 3, now()")
     run.want(not json.loads(run.tiltfeed("shop", "init", "--json", *shop)[1])["fresh"], "not brought up to date")

@@ -55,6 +55,11 @@ def fill(cluster):
                     f"('00000000-0000-4000-9000-{number:012d}', '{name}', true, '{needs}', 'none', 1, '{state}', "
                     f"'{'it was ready at two machines' if state == 'held' else ''}', {where}, {48000 if machine else 0}, {31200 if state == 'running' else 0})")
         cluster.sql(f"INSERT INTO tiltfeed.pieces VALUES ('00000000-0000-4000-9000-{number:012d}', 0, 0, 'M2')")
+    # The first machine lets the third plan.
+    for number, (name, state, helper) in enumerate((("mould core", "taken", "'00000000-0000-4000-8000-000000000002'"), ("seat rail 2", "open", "NULL")), 1):
+        cluster.sql("INSERT INTO tiltfeed.plans (id, asker, name, version, state, helper, token, tries, lease, percent, stage) VALUES "
+                    f"('00000000-0000-4000-a000-{number:012d}', '00000000-0000-4000-8000-000000000000', '{name}', '1', '{state}', {helper}, 1, 1, "
+                    "now() + interval '1 day', 40, 'links')")
 
 
 def main():

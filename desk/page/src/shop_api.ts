@@ -46,7 +46,10 @@ export interface ShopJob {
   why_not: string;
 }
 
-export interface Shop { epoch: number; halted: string; machines: ShopMachine[]; jobs: ShopJob[] }
+/** What a machine at work lets an idle one plan. */
+export interface ShopPlan { id: string; name: string; for: string; by: string; state: 'open' | 'taken' | 'done' | 'failed'; percent: number; stage: string; asked: number }
+
+export interface Shop { epoch: number; halted: string; machines: ShopMachine[]; jobs: ShopJob[]; plans: ShopPlan[] }
 export interface ShopSeen extends ShopTold { now: number; age: number; shop: Shop | null }
 
 const kSilent = 30;  // s: a machine that has told nothing for longer is not known to be at anything
@@ -99,6 +102,12 @@ export function clock_text(machine: ShopMachine): string {
   const off = machine.live.clock / 1000 - machine.seen;
   if (machine.live.clock === 0 || Math.abs(off) <= kClocks) return '';
   return `The clock of its host is ${time_text(Math.abs(off))} ${off > 0 ? 'ahead of' : 'behind'} the database's.`;
+}
+
+export function plan_text(plan: ShopPlan): string {
+  if (plan.state === 'taken') return `planned by ${plan.by}, ${plan.percent} %${plan.stage ? ` (${plan.stage})` : ''}`;
+  if (plan.state === 'done') return `planned by ${plan.by}, not taken yet`;
+  return plan.state === 'failed' ? `${plan.by} has no plan of it: it is planned where it runs` : 'waits for an idle machine';
 }
 
 const kUsageWords: [string, string][] = [['running', 'running'], ['held', 'held'], ['setup', 'set-up'], ['fault', 'fault'], ['idle', 'idle'], ['off', 'off']];

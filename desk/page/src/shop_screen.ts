@@ -2,7 +2,7 @@
 // its place under the eye.
 import {Refusal, get_json, post} from './api.js';
 import {byId, count_text, el, refill} from './dom.js';
-import {At, Group, ShopJob, ShopMachine, ShopSeen, ShopTold, ago_text, at_of, clock_text, doing_text, group_of, kAtText, kAts, kGroups, left_text, may_release, may_withdraw, percent_text, shares} from './shop_api.js';
+import {At, Group, ShopJob, ShopMachine, ShopPlan, ShopSeen, ShopTold, ago_text, at_of, clock_text, doing_text, group_of, kAtText, kAts, kGroups, left_text, may_release, may_withdraw, percent_text, plan_text, shares} from './shop_api.js';
 
 const kTick = 1000;  // ms: seconds that pass without news
 const kMostShown = 200;  // jobs of a group, before the rest is asked for
@@ -21,6 +21,7 @@ export class ShopScreen {
   private readonly more = new Set<Group>();
   private readonly cards = new Map<string, Card>();
   private jobs_key = '';
+  private plans_key = '';
   private readonly summary = el('p', {id: 'shop-summary', role: 'status'});
   private readonly trouble = el('p', {id: 'shop-trouble', class: 'note bad', role: 'alert', hidden: true});
   private readonly halted = el('div', {id: 'shop-halted', class: 'note warn', hidden: true});
@@ -30,13 +31,14 @@ export class ShopScreen {
   private readonly machines = el('ul', {id: 'shop-machines', class: 'machines', 'aria-label': 'Machines'});
   private readonly no_machines = el('p', {class: 'soft', id: 'shop-none', hidden: true});
   private readonly queue = el('div', {id: 'shop-jobs'});
+  private readonly plans = el('section', {id: 'shop-plans', 'aria-labelledby': 'plans-title', hidden: true});
   private readonly find = el('input', {id: 'shop-find', type: 'search', autocomplete: 'off', input: () => { this.filter = this.find.value.toLowerCase(); this.draw(); }});
   private readonly pick = el('select', {id: 'shop-pick', input: () => { this.only = this.pick.value as At | 'all'; this.draw(); }},
     el('option', {value: 'all'}, 'All machines'), ...kAts.map((at) => el('option', {value: at}, kAtText[at])));
   private readonly all = el('div', {class: 'shop'}, el('h2', {}, 'Shop'), this.trouble, this.halted, this.problem, this.note, this.confirm_box, this.summary,
     el('section', {'aria-labelledby': 'machines-title'}, el('div', {class: 'row'}, el('h3', {id: 'machines-title'}, 'Machines'),
       el('label', {for: 'shop-pick', class: 'hidden-label'}, 'Show'), this.pick, el('label', {for: 'shop-find', class: 'hidden-label'}, 'Name or job'), this.find), this.no_machines, this.machines),
-    el('section', {'aria-labelledby': 'jobs-title'}, el('h3', {id: 'jobs-title'}, 'Jobs'), this.queue));
+    el('section', {'aria-labelledby': 'jobs-title'}, el('h3', {id: 'jobs-title'}, 'Jobs'), this.queue), this.plans);
 
   constructor(private readonly sheet: HTMLElement, private readonly operates: boolean) {
     this.find.placeholder = 'Name or job';
@@ -107,6 +109,7 @@ export class ShopScreen {
     if (this.summary.textContent !== text) this.summary.textContent = text;
     this.draw_machines(seen);
     this.draw_jobs(groups);
+    this.draw_plans(shop.plans);
   }
 
   private say(box: HTMLElement, text: string): void {
@@ -181,6 +184,15 @@ export class ShopScreen {
         el('ul', {class: 'plain jobs'}, ...jobs.slice(0, most).map((job) => this.job(job))),
         jobs.length > most && el('button', {type: 'button', id: `${id}-more`, click: () => { this.more.add(group); this.draw(); }}, `Show all ${count_text(jobs.length)}`));
     }));
+  }
+
+  private draw_plans(plans: ShopPlan[]): void {
+    const key = JSON.stringify(plans);
+    if (key === this.plans_key) return;
+    this.plans_key = key;
+    this.plans.hidden = plans.length === 0;
+    refill(this.plans, el('h3', {id: 'plans-title'}, 'Planned for each other'),
+      el('ul', {class: 'plain jobs'}, ...plans.map((plan) => el('li', {id: `plan-${plan.id}`}, el('strong', {}, plan.name), ` for ${plan.for}: ${plan_text(plan)}`))));
   }
 
   private job(job: ShopJob): HTMLElement {
