@@ -297,7 +297,7 @@ def campaign(shop):
     half = len(events) // 2
     for place, event in enumerate(events):
         # Spread over the work, not over time.
-        shop.until_done(min(place * jobs // (len(events) + 1), jobs // 2 if place < half else jobs) // (2 if place < half else 1))
+        shop.until_done(min(place * jobs // (len(events) + 1), jobs // 2 if place < half else jobs * 7 // 8) // (2 if place < half else 1))
         act[event]()
         if place == half:
             for worker in workers:
