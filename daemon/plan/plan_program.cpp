@@ -222,8 +222,13 @@ Result<void> Planning::shorten_operations() {
   for (auto& one : operations_) {
     const std::string& name = one->job().operation.name;
     // Those before it may have become others.
-    if (one->job().plan.rest_more_than > 0.0)
+    if (one->job().plan.rest_more_than > 0.0) {
+      config::Job job = one->job();
+      job.plan.rest_everywhere = false;
+      one = std::make_unique<OperationPlan>(std::move(job), clock_, told_);
       if (auto planned = plan_path(*one, true); !planned) return planned;
+      if (auto kept = keep_rest_quick(one, true); !kept) return kept;
+    }
     if (auto found = one->find_joints(); !found) return tl::unexpected(in_operation(found.error(), name));
     const auto part = part_of(one->job());
     if (!part) return tl::unexpected(part.error());
