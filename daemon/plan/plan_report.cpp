@@ -42,9 +42,13 @@ std::string turning(const MachineModel& machine, const Joints& q, const char* un
 double rotary_turns(const JointPathReport& joints) { return (joints.max.c - joints.min.c) / 360.0; }
 
 nlohmann::ordered_json between_json(const pathgen::BetweenPasses& between) {
-  nlohmann::ordered_json json = {{"limit_mm", between.limit},  {"most_mm", between.most},
-                                 {"never_cut", between.never}, {"area_over_mm2", between.area},
-                                 {"facet", nullptr},           {"place_mm", nullptr}};
+  nlohmann::ordered_json json = {{"limit_mm", between.limit},
+                                 {"most_mm", between.most},
+                                 {"never_cut", between.never},
+                                 {"area_over_mm2", between.area},
+                                 {"walls_over_mm3", between.walls},
+                                 {"facet", nullptr},
+                                 {"place_mm", nullptr}};
   if (between.facet != kNoFacet) {
     json["facet"] = between.facet;
     json["place_mm"] = {between.place.x, between.place.y, between.place.z};

@@ -25,6 +25,7 @@ struct Left {
   double most = 0.0;   ///< between passes
   double limit = 0.0;  ///< of that, by the job
   double over = 0.0;   ///< where it is over the limit
+  double walls = 0.0;  ///< of walls that rows do not follow, mm^3
   double uncut = 0.0;  ///< of what faces the tool
 };
 
@@ -32,7 +33,7 @@ struct Left {
 std::optional<Left> left_by(const OperationPlan& plan) {
   const pathgen::PlanReport& report = plan.plan_report();
   const auto of = [](const pathgen::BetweenPasses& between, double uncut) {
-    return Left{between.most, between.limit, between.area, uncut};
+    return Left{between.most, between.limit, between.area, between.walls, uncut};
   };
   if (report.uncut) return of(report.uncut->between, report.uncut->area);
   if (report.between) return of(*report.between, 0.0);
@@ -89,7 +90,7 @@ class Search {
     const std::optional<Left> left = left_by(*plan);
     if (!left) return std::nullopt;
     if (!within(left->most, left_->most) || !within(left->over, left_->over) ||
-        !within(left->uncut, left_->uncut))
+        !within(left->walls, left_->walls) || !within(left->uncut, left_->uncut))
       return left;
     seconds_ = plan->timing().seconds, best_ = std::move(plan);
     return std::nullopt;

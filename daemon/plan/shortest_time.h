@@ -22,8 +22,9 @@ struct Shortened {
 /// split and rough. Evenly spaced rows of a ball may also go as far apart as the largest ridge of its own
 /// allows (StepMeasure::kRidge), in the best direction and its own. Each plan is like the job's own but for
 /// that; rows further apart are joined over twice the distance. Properties: 1 What is taken leaves no more
-/// between passes, no more of the surface over the limit, and no more uncut, than `own` does (kSameRest). 2
-/// It takes less time. 3 At most kMostTried plans are tried. 4 The same job gives the same.
+/// between passes, no more of the surface over the limit, no more of walls, and no more uncut, than `own`
+/// does (kSameRest). 2 It takes less time. 3 At most kMostTried plans are tried. 4 The same job gives the
+/// same.
 Shortened shorten(const OperationPlan& own, const PlanOnce& plan);
 
 /// Two heights or areas are the same within this share.

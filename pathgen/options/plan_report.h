@@ -54,7 +54,8 @@ struct BetweenPasses {
   bool never = false;              ///< no pass comes near there, and `most` is only the least that is left
   std::uint32_t facet = kNoFacet;  ///< of the STL file, there
   Point<Part> place;
-  double area = 0.0;  ///< on which they leave more than the limit, mm^2
+  double area = 0.0;   ///< on which they leave more than the limit, mm^2
+  double walls = 0.0;  ///< what they leave of steeper walls that the tool reaches, where over the limit, mm^3
 };
 
 struct RestReport {

@@ -62,8 +62,9 @@ struct FacetVerdict {
   std::vector<std::pair<std::uint32_t, double>> fixtures;  ///< the body that keeps the tool off, each piece's
   double facing = 0.0, all = 0.0;
   std::vector<OverLimit> over;
-  double most = 0.0;  ///< that the passes leave of the others, mm
-  Point<Part> place;  ///< there
+  double most = 0.0;   ///< that the passes leave of the others, mm
+  Point<Part> place;   ///< there
+  double walls = 0.0;  ///< of what is steeper: share times mm that are left where that is over the limit
 };
 
 /// A facet in pieces no larger than the cutter's radius, by their middles and shares of its area: rows along
@@ -208,8 +209,12 @@ class Judge {
       verdict.fixtures.push_back({field_.surface.facet_of(found->patch), share});
     if (!refused && held_ && off <= options_.tolerance)
       if (const auto why = left_standing(place, share, line.base, facing, *found, verdict)) return {*why};
-    if (!refused && facing >= kSteepest && off <= options_.tolerance)
-      look_between(place, share, line.base, *found, verdict);
+    if (!refused && off <= options_.tolerance) {
+      if (facing >= kSteepest)
+        look_between(place, share, line.base, *found, verdict);
+      else
+        look_at_wall(place, share, line.base, verdict);
+    }
     return {refused};
   }
 
@@ -232,6 +237,11 @@ class Judge {
     const double left = moves_.left(place, touching, kEnough * limit_);
     if (left > limit_) return verdict.over.push_back({left, share, place, stand});
     if (left > verdict.most) verdict.most = left, verdict.place = place;
+  }
+
+  void look_at_wall(Point<Part> place, double share, Point<Part> touching, FacetVerdict& verdict) const {
+    const double left = moves_.left(place, touching, kEnough * limit_);
+    if (left > limit_) verdict.walls += share * left;
   }
 
   const ClField& field_;
@@ -296,6 +306,7 @@ RestReport find_rest_material(const ClField& field, const PlanOptions& options,
         2.0;
     BetweenPasses& between = report.between;
     between.area += area * without_kept_off(v, kept_off);
+    between.walls += area * v.walls;
     const double share = std::accumulate(v.uncut.begin(), v.uncut.end(), 0.0) / v.all;
     for (const auto& [body, of] : v.fixtures) report.fixture_area[body] += area * of;
     report.facing_area += area * v.facing;

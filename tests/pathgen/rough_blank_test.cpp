@@ -15,7 +15,7 @@ namespace tiltfeed {
 using namespace pathgen;
 namespace {
 
-constexpr double kRadius = 4.0, kShank = 60.0, kStepDown = 2.0, kAllowance = 0.3;
+constexpr double kRadius = 4.0, kShank = 60.0, kLayer = 2.0, kAllowance = 0.3;
 
 PlanOptions roughing(AxisMode mode) {
   PlanOptions o;
@@ -23,7 +23,7 @@ PlanOptions roughing(AxisMode mode) {
   o.cutter.type = CutterType::kBall, o.cutter.diameter = 2.0 * kRadius;
   o.cutter.cutting_length = o.cutter.shank_length = kShank, o.cutter.length = 80.0;
   o.pattern.kind = PatternKind::kRough;
-  o.pattern.side_step = 2.0, o.pattern.step_down = kStepDown;
+  o.pattern.side_step = 2.0, o.pattern.step_down = kLayer;
   o.tolerance = 0.02, o.allowance = kAllowance;
   o.links.clearance = 4.0, o.links.approach = 1.0;
   o.cut_feed = Feed::from_mm_per_min(2000.0), o.plunge_feed = Feed::from_mm_per_min(400.0);
@@ -108,13 +108,13 @@ TEST(RoughBlank, AllThatLiesInReachIsCutAndNoRapidMeetsStock) {
     // No layer is over the blank.
     const double top = line ? 12.0 : one.blank.bounds().max.z;
     EXPECT_LT(found.highest, top);
-    EXPECT_GT(found.highest, top - kStepDown - 0.1);
+    EXPECT_GT(found.highest, top - kLayer - 0.1);
     // A layer leaves a step down over the part, rows a ridge, most of it beside the wall. Under the part's
     // lowest place no layer goes.
     for (const Point<Part>& p : found.left) {
       const bool under = line ? std::hypot(p.y, p.z) < 7.5 : p.z < 2.5;
       if (!under) {
-        EXPECT_LT(distance_to(one.part, p), kAllowance + kStepDown + 0.4) << p.x << ' ' << p.y << ' ' << p.z;
+        EXPECT_LT(distance_to(one.part, p), kAllowance + kLayer + 0.4) << p.x << ' ' << p.y << ' ' << p.z;
       }
     }
   }

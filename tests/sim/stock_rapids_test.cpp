@@ -20,7 +20,7 @@ struct Roughing {
   Folder folder{"stock_rapids"};
 
   Roughing() {
-    part.sides = Sides::kOutward;
+    part.sides = pathgen::Sides::kOutward;
     job.plan.pattern.kind = PatternKind::kRough;
     job.plan.pattern.step_down = 1.0;
   }
