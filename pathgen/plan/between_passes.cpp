@@ -19,8 +19,6 @@ namespace {
 constexpr double kSteps = 2.0, kSmallestCell = 0.125;
 /// The least distance along a move is found to this share of the move.
 constexpr double kShare = 1e-3;
-/// An angle of up to a quarter turn is no more than so many times its chord.
-constexpr double kTurnOfChord = 1.2;
 /// Bits of a cell's number along each axis, and its middle.
 constexpr int kBits = 21;
 constexpr std::int64_t kMiddle = std::int64_t{1} << (kBits - 1);

@@ -24,6 +24,9 @@ double asked_height(const PlanOptions& options);
 /// Less than this share of the limit need not be told exactly.
 inline constexpr double kEnough = 0.25;
 
+/// An angle of up to a quarter turn is no more than so many times its chord.
+inline constexpr double kTurnOfChord = 1.2;
+
 /// The cutting moves of a path, found by where the tool is.
 class CuttingMoves {
  public:

@@ -13,8 +13,6 @@ namespace {
 constexpr double kColumnShare = 0.5;
 /// Of a way's length: more than it bows towards the axis feature.
 constexpr double kBowShare = 0.1;
-/// An angle of up to a quarter turn is no more than so many times its chord.
-constexpr double kTurnOfChord = 1.2;
 
 /// The tool as it is, without what it was to leave.
 ToolPiece bare_piece(const PlanOptions& options) {
