@@ -15,7 +15,7 @@ export {time_text} from './time_bar.js';
 const place_in = (text: string) => /\((-?[\d.]+), *(-?[\d.]+), *(-?[\d.]+)\)/.exec(text)?.slice(1).map(Number);
 const kMachine: Partial<Record<Which, string>> = {none: 'part and tool', fixtures: 'part, tool, fixtures', all: 'the whole machine'};
 const kUnits: Record<Colouring, string> = {kind: '', height: ' mm', tilt: '°', time: '', feed: ' mm/min', axis: ' %', operation: ''};
-const kOptimise = {'': 'as the job says', time: 'shortest time: other directions of the passes', feed: 'feed by what the cutter has to cut'};
+const kOptimise = {'': 'as the job says', time: 'shortest time: other directions and distances of the passes', feed: 'feed by what the cutter has to cut'};
 
 /** What is drawn of each operation. */
 function spans_of(report: Report, job: Job): Span[] {
