@@ -18,6 +18,19 @@ inline std::string cad_file(const std::string& name) {
   return folder.path + "/" + name;
 }
 
+/// A job of such a file. `keys`: of its part, each with a comma before it; `more`: axis, pattern and so on.
+inline std::string cad_job(const std::string& file, const std::string& keys, const std::string& cutter,
+                           const std::string& more) {
+  return "part: {name: part, stl: " + cad_file(file) + keys + "}\ncutter: " + cutter + "\n" + more + R"yaml(
+tolerance_mm: 0.01
+clearance_mm: 5
+approach_mm: 1
+feeds: {cut_mm_per_min: 2000, plunge_mm_per_min: 600}
+setup: {part_zero_mm: [0, 0, 100]}
+machine: )yaml" +
+         SOURCE_DIR + "/config/machines/generic-ac.yaml\n";
+}
+
 /// The text with the first `from` after the first `after` changed to `to`.
 inline std::string changed(std::string text, const std::string& after, const std::string& from,
                            const std::string& to) {

@@ -5,6 +5,7 @@
 
 #include <random>
 
+#include "tests/shapes/aside.h"
 #include "tests/shapes/contour_shapes.h"
 
 namespace tiltfeed {
@@ -13,16 +14,11 @@ namespace {
 
 constexpr double kArc = 0.001;
 
-/// Whether both ends of a segment lie further than `least` from p to one side.
-bool beside(double p, double a, double b, double least) {
-  return (a - p > least && b - p > least) || (p - a > least && p - b > least);
-}
-
 double distance_from(const FlatCurve& curve, Place p) {
   double least = 1e9;
   for (std::size_t i = 0; i + 1 < curve.size(); ++i) {
     const Point<Flat> a{curve[i].x, curve[i].y, 0}, b{curve[i + 1].x, curve[i + 1].y, 0};
-    if (beside(p.x, a.x, b.x, least) || beside(p.y, a.y, b.y, least)) continue;
+    if (lies_aside(p.x, a.x, b.x, least) || lies_aside(p.y, a.y, b.y, least)) continue;
     least = std::min(least, distance_to_segment(Point<Flat>{p.x, p.y, 0}, a, b));
   }
   return least;

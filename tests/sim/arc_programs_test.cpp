@@ -16,6 +16,7 @@
 #include "sim/control/program_frame.h"
 #include "sim/gcode/arc_way.h"
 #include "sim/motion/forward.h"
+#include "tests/shapes/aside.h"
 #include "tests/texts/posted.h"
 
 namespace tiltfeed::sim {
@@ -74,13 +75,11 @@ AptProgram bows(double lean) {
 
 double off_polyline(Point<Part> p, const std::vector<Point<Part>>& way) {
   double least = 1e9;
-  // Whether both ends lie further away to one side.
-  const auto beside = [&](double at, double a, double b) {
-    return (a - at > least && b - at > least) || (at - a > least && at - b > least);
-  };
   for (std::size_t i = 1; i < way.size(); ++i) {
     const Point<Part>&a = way[i - 1], &b = way[i];
-    if (beside(p.x, a.x, b.x) || beside(p.y, a.y, b.y) || beside(p.z, a.z, b.z)) continue;
+    if (lies_aside(p.x, a.x, b.x, least) || lies_aside(p.y, a.y, b.y, least) ||
+        lies_aside(p.z, a.z, b.z, least))
+      continue;
     least = std::min(least, distance_to_segment(p, a, b));
   }
   return least;

@@ -16,10 +16,7 @@ import sys
 from tilt_side_test import write_box
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-JOB = """part: {{name: {part}, stl: {part}.stl}}
-cutter: {{type: ball, diameter_mm: 6, length_mm: 120, shank_length_mm: 60}}
-axis: {{mode: fixed}}
-pattern: {{along: {along}, side_step_mm: {step}, measure: {measure}}}
+KEYS = """axis: {{mode: fixed}}
 tolerance_mm: 0.02
 clearance_mm: 5
 approach_mm: 1
@@ -27,18 +24,15 @@ feeds: {{cut_mm_per_min: 6000, plunge_mm_per_min: 1000}}
 setup: {{part_zero_mm: [0, 0, 250]}}
 machine: {root}/config/machines/generic-ac.yaml
 """
+JOB = """part: {{name: {part}, stl: {part}.stl}}
+cutter: {{type: ball, diameter_mm: 6, length_mm: 120, shank_length_mm: 60}}
+pattern: {{along: {along}, side_step_mm: {step}, measure: {measure}}}
+""" + KEYS
 
 
 # The second operation cuts the ridges that the first one leaves, so it depends on the direction of that one's rows.
 OPERATIONS = """part: {{name: bar, stl: bar.stl}}
-axis: {{mode: fixed}}
-tolerance_mm: 0.02
-clearance_mm: 5
-approach_mm: 1
-feeds: {{cut_mm_per_min: 6000, plunge_mm_per_min: 1000}}
-setup: {{part_zero_mm: [0, 0, 250]}}
-machine: {root}/config/machines/generic-ac.yaml
-operations:
+""" + KEYS + """operations:
   - name: first
     cutter: {{type: ball, diameter_mm: 10, length_mm: 120, shank_length_mm: 60}}
     pattern: {{along: y, side_step_mm: 3{first}}}

@@ -16,17 +16,8 @@ namespace {
 constexpr double kOff = 0.5, kRadius = 3.0, kShank = 40.0;
 
 std::string avoiding_job(const std::string& part, const std::string& kind) {
-  return "part: {name: part, stl: " + cad_file(part) + R"yaml(, avoid_faces: ["#ff0000"], avoid_mm: 0.5}
-cutter: {type: ball, diameter_mm: 6, length_mm: 80, shank_length_mm: 40}
-)yaml" + kind +
-         R"yaml(
-tolerance_mm: 0.01
-clearance_mm: 5
-approach_mm: 1
-feeds: {cut_mm_per_min: 2000, plunge_mm_per_min: 600}
-setup: {part_zero_mm: [0, 0, 100]}
-machine: )yaml" +
-         SOURCE_DIR + "/config/machines/generic-ac.yaml\n";
+  return cad_job(part, R"(, avoid_faces: ["#ff0000"], avoid_mm: 0.5)",
+                 "{type: ball, diameter_mm: 6, length_mm: 80, shank_length_mm: 40}", kind);
 }
 
 struct AvoidedRun {

@@ -21,14 +21,7 @@ constexpr double kTolerance = 0.01, kRadius = 3.0;
 const std::string kBall = "{type: ball, diameter_mm: 6, length_mm: 80, shank_length_mm: 40}";
 
 std::string choosing_job(const std::string& kind, const std::string& cutter) {
-  return "part: {name: part, stl: " + cad_file("step.step") + "}\ncutter: " + cutter + "\n" + kind + R"yaml(
-tolerance_mm: 0.01
-clearance_mm: 5
-approach_mm: 1
-feeds: {cut_mm_per_min: 2000, plunge_mm_per_min: 600}
-setup: {part_zero_mm: [0, 0, 100]}
-machine: )yaml" +
-         SOURCE_DIR + "/config/machines/generic-ac.yaml\n";
+  return cad_job("step.step", "", cutter, kind);
 }
 
 struct ReadPart {
