@@ -147,6 +147,23 @@ export async function check_and_close(page) {
   assert.deepEqual([...page.faults, ...violations], []);
 }
 
+/** The page as check_and_close() wants it, and its server ends well. */
+export async function end({desk, page}) {
+  await check_and_close(page);
+  assert.equal(await desk.stop(), 0);
+}
+
+/** Types into the field with this id, as a person does, and leaves it. */
+export async function type_field(page, id, value) {
+  const field = `[id="${id}"]`;
+  await page.waitForSelector(field);
+  await page.$eval(field, (node) => { node.closest('details')?.setAttribute('open', ''); node.scrollIntoView({block: 'center'}); });
+  await page.locator(field).click({count: 3});
+  await page.keyboard.press('Backspace');
+  await page.keyboard.type(value);
+  await page.keyboard.press('Tab');
+}
+
 /** Serious complaints of axe-core: none. */
 export async function check_accessible(page) {
   const source = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');

@@ -4,17 +4,12 @@ import assert from 'node:assert/strict';
 import {readFileSync} from 'node:fs';
 import {after, test} from 'node:test';
 
-import {Desk, check_accessible, check_and_close, check_layout, close_browser, kPhone, open_page, part_file, pin_job, shot, stop_desks, text_of, wait_until} from './harness.mjs';
+import {Desk, check_accessible, check_layout, close_browser, kPhone, end, open_page, part_file, pin_job, shot, stop_desks, text_of, wait_until} from './harness.mjs';
 
 after(async () => {
   stop_desks();
   await close_browser();
 });
-
-async function end(desk, page) {
-  await check_and_close(page);
-  assert.equal(await desk.stop(), 0);
-}
 
 const open_tab = (page, tab) => page.locator(`#tab-${tab}`).click();
 const part_zero = async (page) => /part_zero_mm: \[(.*)\]/.exec(await page.evaluate(async () => (await fetch('/api/v1/job/text')).text()))[1].split(',').map(Number);
@@ -83,7 +78,7 @@ test('the part is dragged on the table, put on it, over its axis; the travels ar
   // Elsewhere the part lies as in its file.
   await open_tab(page, 'axis');
   assert.deepEqual(await page.evaluate(() => window.tiltfeed.part.matrix.elements.filter((x, i) => x !== (i % 5 === 0 ? 1 : 0))), []);
-  await end(desk, page);
+  await end({desk, page});
 });
 
 test('another machine is chosen later; the job is saved with it', async () => {
@@ -100,7 +95,7 @@ test('another machine is chosen later; the job is saved with it', async () => {
   await page.waitForSelector('#job-save:not(:disabled)');
   await page.locator('#job-save').click();
   await wait_until(() => /machine: .*linuxcnc-trunnion-ac\.yaml/.test(readFileSync(job, 'utf8')));
-  await end(desk, page);
+  await end({desk, page});
 });
 
 test('the machine moves as the blocks say', async () => {
@@ -139,7 +134,7 @@ test('the machine moves as the blocks say', async () => {
   assert(differ(await seen(), end_of_run) > 20, 'it has moved');
   await check_accessible(page);
   await shot(page, 'plan-machine-1920');
-  await end(desk, page);
+  await end({desk, page});
 });
 
 test('a long path is thinned while the view moves, and whole when it rests', async () => {
@@ -193,5 +188,5 @@ test('a long path is thinned while the view moves, and whole when it rests', asy
     return differ / (a.length / 4);
   }, [pieces, await page.screenshot({encoding: 'base64'})]);
   assert(apart < 1e-3, `in pieces and at once: ${apart} of the picture differs`);
-  await end(desk, page);
+  await end({desk, page});
 });

@@ -5,7 +5,7 @@ import {join} from 'node:path';
 import {after, test} from 'node:test';
 
 import {
-  Desk, check_accessible, check_and_close, check_layout, close_browser, kPhone, kTablet, open_page, part_file, run, shot, stop_desks, text_of, wait_until, work,
+  Desk, check_accessible, check_and_close, check_layout, close_browser, kPhone, kTablet, end, open_page, part_file, run, shot, stop_desks, text_of, type_field, wait_until, work,
 } from './harness.mjs';
 
 after(async () => {
@@ -35,21 +35,6 @@ async function open_job(name, options) {
   const {file, text} = await operations_job(name), desk = await Desk.start(file), page = await open_page(desk, options);
   await page.waitForSelector('#facets');
   return {file, text, desk, page};
-}
-
-async function end({desk, page}) {
-  await check_and_close(page);
-  assert.equal(await desk.stop(), 0);
-}
-
-async function type_field(page, id, value) {
-  const field = `[id="${id}"]`;
-  await page.waitForSelector(field);
-  await page.$eval(field, (node) => { node.closest('details')?.setAttribute('open', ''); node.scrollIntoView({block: 'center'}); });
-  await page.locator(field).click({count: 3});
-  await page.keyboard.press('Backspace');
-  await page.keyboard.type(value);
-  await page.keyboard.press('Tab');
 }
 
 /** Changed lines of a text, as [before, after]. */

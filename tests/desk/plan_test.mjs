@@ -5,7 +5,7 @@ import {join} from 'node:path';
 import {after, test} from 'node:test';
 
 import {
-  Desk, check_accessible, check_and_close, check_layout, close_browser, kPhone, kTablet, open_page, pin_job, run, shot, stop_desks, text_of, work,
+  Desk, check_accessible, check_and_close, check_layout, close_browser, kPhone, kTablet, end, open_page, pin_job, run, shot, stop_desks, text_of, work,
 } from './harness.mjs';
 
 after(async () => {
@@ -17,11 +17,6 @@ after(async () => {
 async function with_desk(name) {
   const job = await pin_job(`${name}.yaml`, 2);
   return {job, desk: await Desk.start(job)};
-}
-
-async function end(desk, page) {
-  await check_and_close(page);
-  assert.equal(await desk.stop(), 0);
 }
 
 const open_tab = (page, tab) => page.locator(`#tab-${tab}`).click();
@@ -69,7 +64,7 @@ test('an error in the job is told at its line; what is right is saved, remarks a
   await page.locator('#job-save').click();
   await page.waitForFunction(() => document.getElementById('job-save').disabled);
   assert.equal(readFileSync(job, 'utf8'), right);
-  await end(desk, page);
+  await end({desk, page});
 });
 
 test('a plan is made and proven, its path drawn, the slider goes through its time', async () => {
@@ -156,7 +151,7 @@ test('a plan is made and proven, its path drawn, the slider goes through its tim
   const program = await page.evaluate(async () => (await fetch(document.getElementById('download').href)).text());
   const strip = (text) => text.split('\n').filter((words) => !words.startsWith('(')).join('\n');
   assert.equal(strip(program), strip(readFileSync(out, 'utf8')), 'the blocks are those of the command line');
-  await end(desk, page);
+  await end({desk, page});
 });
 
 for (const [width, viewport, scheme] of [[1024, kTablet, 'dark'], [390, kPhone, 'dark']]) {
@@ -171,7 +166,7 @@ for (const [width, viewport, scheme] of [[1024, kTablet, 'dark'], [390, kPhone, 
       await check_layout(page, true);
       await shot(page, `${tab}-${width}`);
     }
-    await end(desk, page);
+    await end({desk, page});
   });
 }
 
@@ -191,7 +186,7 @@ test('tabs go by arrow keys; a changed job makes the plan stale', async () => {
   await page.focus('#tab-job');
   await page.keyboard.press('ArrowRight');
   await page.waitForSelector('#stale');
-  await end(desk, page);
+  await end({desk, page});
 });
 
 test('a long plan is cancelled; another page sees it', async () => {

@@ -5,7 +5,7 @@ import {join} from 'node:path';
 import {after, before, test} from 'node:test';
 
 import {
-  Desk, check_accessible, check_and_close, check_layout, close_browser, drop, kPhone, kTablet, open_page, part_file, run, shot, stop_desks, tab_to, text_of, wait_until, work,
+  Desk, check_accessible, check_layout, close_browser, drop, kPhone, kTablet, end, open_page, part_file, run, shot, stop_desks, tab_to, text_of, type_field, wait_until, work,
 } from './harness.mjs';
 
 let pin;
@@ -33,22 +33,6 @@ const exact = (page) => page.waitForFunction(async () => {
   const {job} = await (await fetch('/api/v1/state')).json(), {exact: is, of} = document.getElementById('reach')?.dataset ?? {};
   return is === 'true' && of === String(job.id);
 }, {polling: 100});
-
-async function end({desk, page}) {
-  await check_and_close(page);
-  assert.equal(await desk.stop(), 0);
-}
-
-/** Types into a field, as a person does, and leaves it. */
-async function type_field(page, key, value) {
-  const field = `[id="key-${key}"]`;
-  await page.waitForSelector(field);
-  await page.$eval(field, (node) => { node.closest('details')?.setAttribute('open', ''); node.scrollIntoView({block: 'center'}); });
-  await page.locator(field).click({count: 3});
-  await page.keyboard.press('Backspace');
-  await page.keyboard.type(value);
-  await page.keyboard.press('Tab');
-}
 
 test('a dropped STL becomes a proven program by clicks alone, nothing typed', async () => {
   const desk = await Desk.start(), page = await open_page(desk);
@@ -151,24 +135,24 @@ test('forms change the text where it stands; remarks stay; errors are told at th
   }, remark);
   await page.waitForFunction(async (words) => (await (await fetch('/api/v1/job/text')).text()).includes(words), {}, remark);
   const before = await text(page);
-  await type_field(page, 'tolerance_mm', '0.02');
+  await type_field(page, 'key-tolerance_mm', '0.02');
   await wait_state(page, ({job}) => job.errors.length === 0);
   await page.waitForFunction(async () => (await (await fetch('/api/v1/job/text')).text()).includes('0.02'));
   assert.equal(await text(page), before.replace(`tolerance_mm: 0.01   ${remark}`, `tolerance_mm: 0.02   ${remark}`));
   await page.waitForFunction((words) => document.getElementById('job-text').value.includes(`0.02   ${words}`), {}, remark);
   // A wrong value is told at its field, with the line; the drawing follows what is typed.
-  await type_field(page, 'tolerance_mm', '5');
+  await type_field(page, 'key-tolerance_mm', '5');
   await page.waitForSelector('[id="key-tolerance_mm"][aria-invalid="true"]');
   assert.match(await text_of(page, '[id="key-tolerance_mm-help"]'), /Line \d+: .*out of range.* at most 1/);
-  await type_field(page, 'tolerance_mm', '0.01');
+  await type_field(page, 'key-tolerance_mm', '0.01');
   await page.waitForFunction(() => !document.querySelector('[aria-invalid="true"]'));
   const width = () => page.$eval('#cutter-drawing .cutting', (node) => node.getBBox().height);
   const narrow = await width();
-  await type_field(page, 'cutter.diameter_mm', '8');
+  await type_field(page, 'key-cutter.diameter_mm', '8');
   await page.waitForFunction((was) => document.querySelector('#cutter-drawing .cutting').getBBox().height > was + 1, {}, narrow);
   await page.select('[id="key-cutter.type"]', 'bull_nose');
   await page.waitForSelector('[id="key-cutter.corner_radius_mm"]');
-  await type_field(page, 'cutter.corner_radius_mm', '1');
+  await type_field(page, 'key-cutter.corner_radius_mm', '1');
   await wait_state(page, ({job}) => job.errors.length === 0);
   await page.locator('#holder-add').click();
   await page.waitForSelector('#cutter-drawing .holder');
