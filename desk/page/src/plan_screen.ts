@@ -9,7 +9,6 @@ import {TimeBar, time_text} from './time_bar.js';
 import type {Which} from './machine_drawing.js';
 import type {Viewer} from './viewer.js';
 
-export {time_text} from './time_bar.js';
 
 /** A place that a text names, as (x, y, z). */
 const place_in = (text: string) => /\((-?[\d.]+), *(-?[\d.]+), *(-?[\d.]+)\)/.exec(text)?.slice(1).map(Number);

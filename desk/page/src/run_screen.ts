@@ -4,7 +4,7 @@ import {Refusal, get_json, post} from './api.js';
 import {count_text, el, refill} from './dom.js';
 import {press_button} from './hold_press.js';
 import {Machine} from './machine_screen.js';
-import {time_text} from './plan_screen.js';
+import {time_text} from './time_bar.js';
 import {Doing, Run, RunJob, Seat, doing, headline, share} from './run_api.js';
 import {RunScene} from './run_scene.js';
 import {ToolChange} from './tool_change.js';

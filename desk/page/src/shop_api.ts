@@ -1,6 +1,6 @@
 // What the desk tells of the shop (desk/API.md), and words for it.
 import {count_text} from './dom.js';
-import {time_text} from './plan_screen.js';
+import {time_text} from './time_bar.js';
 
 export interface ShopTold { version: number; state: 'asked' | 'up' | 'lost'; error: string }
 
