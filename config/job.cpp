@@ -10,6 +10,7 @@
 #include "config/job_keys.h"
 #include "config/job_reading.h"
 #include "config/key_ranges.h"
+#include "config/named_files.h"
 #include "config/new_job.h"
 #include "config/operations.h"
 #include "config/program_keys.h"
@@ -47,10 +48,6 @@ Result<std::optional<ToolLibrary>> read_library(const YamlNode& tree, const Sect
                                                 const JobFiles& files) {
   const YamlNode* named = node_at(tree, "cutter", "library");
   if (named == nullptr || named->text.empty()) return std::nullopt;
-  if (files.closed) {
-    root.complain("cutter", "library: " + quoted(named->text) + " is not here; state the tool in the job");
-    return tl::unexpected(*complaint.error());
-  }
   Result<ToolLibrary> library =
       load_tool_library(files.tools.empty() ? beside_file(path, named->text) : files.tools);
   if (library) return std::move(*library);
@@ -159,9 +156,23 @@ TextPlace place_of(const YamlNode& tree, const std::string& message) {
   return node != nullptr ? node->place : TextPlace{};
 }
 
+/// Files of the text that did not come with it. Whether they are there is not told either.
+void refuse_named_files(const YamlNode& tree, Complaint& complaint) {
+  for (const NamedFileKey& file : files_named_in(tree)) {
+    const bool tool = file.key.ends_with("library");
+    const std::string instead = tool ? "state the tool in the job"
+                                     : "state it as boxes, cylinders or cones, or plan the job where the "
+                                       "file is and submit its program";
+    complaint.add(file.node->place, file.key + ": the file " + quoted(file.node->text) +
+                                        " did not come with the job; " + instead);
+  }
+}
+
 /// Of one operation.
 Result<Job> parse_tree(const YamlNode& tree, const std::string& path, const JobFiles& files) {
   Complaint complaint(path);
+  if (files.closed) refuse_named_files(tree, complaint);
+  if (complaint.error()) return tl::unexpected(*complaint.error());
   const Section root = job_root(tree, complaint);
   const Result<std::optional<ToolLibrary>> tools = read_library(tree, root, complaint, path, files);
   if (!tools) return tl::unexpected(tools.error());

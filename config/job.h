@@ -72,7 +72,9 @@ Result<Job> load_job(const std::string& path);
 /// the only one.
 struct JobFiles {
   std::string stl = {}, machine = {}, tools = {}, operation = {};
-  bool closed = false;  ///< no other file is read than job, part and profile: one that is named is an error
+  /// No other file is read or looked for than job, part, profile and what that names: one that the job names
+  /// is an error, whatever it is. For jobs of others.
+  bool closed = false;
 };
 /// Errors: as load_job; kUsage: there is no operation of that name.
 Result<Job> load_job_with(const std::string& path, const JobFiles& files);

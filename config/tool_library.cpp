@@ -96,9 +96,26 @@ void share_out(const std::vector<std::string>& missing, const std::vector<Sectio
 
 }  // namespace
 
+namespace {
+
+/// Of a file that is something else nothing is told: who named it may not be who may read it.
+tl::unexpected<Error> no_library(const std::string& path) {
+  return fail(Code::kInput, path + ": is no tool library; expected a list of tools (tools:)");
+}
+
+/// What cannot be read as a tree is meant as one: a line begins with the key tools.
+bool names_tools(const std::string& text) {
+  return text.starts_with("tools:") || text.find("\ntools:") != text.npos;
+}
+
+}  // namespace
+
 Result<ToolLibrary> parse_tool_library(const std::string& text, const std::string& path) {
   const Result<YamlNode> tree = parse_yaml(text, path);
-  if (!tree) return tl::unexpected(tree.error());
+  if (!tree) return names_tools(text) ? Result<ToolLibrary>(tl::unexpected(tree.error())) : no_library(path);
+  const auto list = std::find_if(tree->keys.begin(), tree->keys.end(),
+                                 [](const YamlKey& key) { return key.text == "tools"; });
+  if (list == tree->keys.end()) return no_library(path);
   Complaint complaint(path);
   const Section root(*tree, "", {"tools"}, complaint);
   ToolLibrary library{path, {}};
@@ -108,9 +125,6 @@ Result<ToolLibrary> parse_tool_library(const std::string& text, const std::strin
                  "taper_deg", "flutes", "length_mm", "cutting_length_mm", "shank_diameter_mm",
                  "shank_length_mm", "holder", "cutting_data"},
                 kMostLibraryTools);
-  if (!root.has("tools")) root.complain("tools", "missing; expected a list of tools");
-  const auto list = std::find_if(tree->keys.begin(), tree->keys.end(),
-                                 [](const YamlKey& key) { return key.text == "tools"; });
   std::map<std::string, int> lines;
   for (std::size_t i = 0; i < sections.size(); ++i) {
     LibraryTool tool = read_tool(sections[i]);

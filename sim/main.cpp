@@ -297,6 +297,8 @@ CLI::App* add_prove_options(CLI::App& app, ProveOptions& options) {
                     "the program is that of this operation of the job alone");
   prove->add_option("--name", options.name, "of the program in messages");
   prove->add_option("--picture", options.picture, "draw the deepest gouge to this PNG file");
+  prove->add_flag("--closed", options.closed,
+                  "a job of somebody else: no other file that it names is read than part and profile");
   prove->add_flag("--told", options.told, "the program is whole when a line comes on standard input")
       ->group("");
   prove->add_flag("--progress", options.progress, "lines of progress on standard output")->group("");

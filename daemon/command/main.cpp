@@ -145,8 +145,9 @@ int run(int argc, char** argv) {
   planning->add_flag("!--no-proof", files.prove,
                      "do not hold the printed moves against the part; the program's header says so");
   planning->add_option("--progress", progress, "file that holds stage and percentage while it plans");
-  planning->add_flag("--alone", files.alone,
-                     "as a service plans: only job and part are there, a fixture of a file is refused");
+  planning->add_flag(
+      "--alone", files.alone,
+      "as a service plans: only job and part are there; another file that the job names is refused");
   planning->add_flag("--closed", files.closed,
                      "as a service plans for another machine: no file is read but job, part and profile");
   planning->add_flag("--json", files.as_json, "print the report (JSON) instead of its summary");

@@ -22,7 +22,8 @@ std::string file_of(const std::string& file, const std::string& operation) {
 
 /// A planning for each operation of the job.
 Result<std::vector<PlanFiles>> plannings(const PlanFiles& files) {
-  const auto jobs = config::load_operations(files.job, {.stl = files.stl, .machine = files.machine});
+  const auto jobs = config::load_operations(
+      files.job, {.stl = files.stl, .machine = files.machine, .closed = files.alone || files.closed});
   if (!jobs) return tl::unexpected(jobs.error());
   if (jobs->front().operation.name.empty())
     return fail(Code::kUsage, files.job + ": has no list of operations; leave out --each");

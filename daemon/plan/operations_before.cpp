@@ -7,7 +7,9 @@ namespace tiltfeed::daemon {
 Result<std::vector<config::Job>> operations_before(const std::string& path, const config::JobFiles& files,
                                                    const config::Job& wanted) {
   if (files.operation.empty() || wanted.plan.rest_more_than == 0.0) return std::vector<config::Job>{};
-  auto jobs = config::load_operations(path, {.stl = files.stl, .machine = files.machine});
+  config::JobFiles all = files;
+  all.operation.clear();
+  auto jobs = config::load_operations(path, all);
   if (!jobs) return jobs;
   jobs->erase(std::find_if(jobs->begin(), jobs->end(),
                            [&](const config::Job& job) { return job.operation.name == files.operation; }),

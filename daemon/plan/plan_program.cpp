@@ -104,8 +104,10 @@ Result<void> Planning::load() {
           outputs, {{"JOB", files_.job}, {"--stl", files_.stl}, {"--machine", files_.machine}});
       !fits)
     return fits;
-  const config::JobFiles from{
-      .stl = files_.stl, .machine = files_.machine, .operation = files_.operation, .closed = files_.closed};
+  const config::JobFiles from{.stl = files_.stl,
+                              .machine = files_.machine,
+                              .operation = files_.operation,
+                              .closed = files_.alone || files_.closed};
   auto jobs = config::load_operations(files_.job, from);
   if (!jobs) return tl::unexpected(jobs.error());
   auto before = operations_before(files_.job, from, jobs->front());
@@ -116,8 +118,6 @@ Result<void> Planning::load() {
   for (config::Job& job : *jobs) job.plan.tolerance -= job.program.arc_tolerance;
   for (config::Job& job : *jobs)
     operations_.push_back(std::make_unique<OperationPlan>(std::move(job), clock_, told_));
-  if (files_.alone || files_.closed)
-    if (auto whole = goes_alone(job()); !whole) return whole;
   if (files_.closed)
     for (const config::MachineBody& body : job().machine.solid.bodies)
       if (body.shape.kind == config::SolidKind::kStl)

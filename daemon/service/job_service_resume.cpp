@@ -50,7 +50,7 @@ Result<Reentry> plan_entry(const EntryOrder& order) {
   if (!prepared) return tl::unexpected<Error>(prepared.error());
   ReentryOptions options;
   options.from = order.from;
-  config::JobFiles files{.stl = order.stl, .machine = order.machine.path};
+  config::JobFiles files{.stl = order.stl, .machine = order.machine.path, .closed = true};
   if (const auto operations = read_operations(order.program, order.link.kind, order.machine.model))
     if (const OperationSpan* at = operation_at(*operations, order.from)) files.operation = at->name;
   if (const Result<config::Job> planned = config::load_job_with(order.yaml, files); planned) {

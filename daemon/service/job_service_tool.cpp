@@ -24,7 +24,7 @@ using PlanWay = Result<ToolWay> (*)(const std::string&, LinkKind, const config::
 Result<ToolWay> plan_way(const WayOrder& order, PlanWay plan) {
   ReturnOptions options;
   options.change = order.change;
-  config::JobFiles files{.stl = order.stl, .machine = order.machine.path};
+  config::JobFiles files{.stl = order.stl, .machine = order.machine.path, .closed = true};
   if (const auto operations = read_operations(order.program, order.kind, order.machine.model))
     if (const OperationSpan* at = operation_at(*operations, order.change)) files.operation = at->name;
   if (const auto planned = config::load_job_with(order.yaml, files); planned) {

@@ -79,7 +79,7 @@ Result<PlanProcess> start_proof(std::uint64_t job, const std::string& folder, co
   if (!prover) return tl::unexpected<Error>(prover.error());
   return start_logged(
       job, folder, "proof.log",
-      {*prover, "prove", "job.yaml", "program.nc", "--stl", "part.stl", "--machine", machine});
+      {*prover, "prove", "job.yaml", "program.nc", "--stl", "part.stl", "--machine", machine, "--closed"});
 }
 
 Result<void> compare_figures(const std::string& folder) {

@@ -10,6 +10,7 @@
 #include "config/description.h"
 #include "config/job_catalogue.h"
 #include "config/machine_files.h"
+#include "config/named_files.h"
 #include "config/new_job.h"
 #include "config/output_file.h"
 #include "config/yaml_tree.h"
@@ -76,32 +77,34 @@ std::vector<JobError> JobWork::other_files() const {
   return errors;
 }
 
-namespace {
-
-/// Each place that names a tool library: of the job, and of its operations.
-std::vector<const config::YamlNode*> libraries_in(const config::YamlNode& tree) {
-  std::vector<const config::YamlNode*> maps{&tree}, found;
-  if (const config::YamlNode* list = child(tree, "operations"))
-    for (const config::YamlNode& one : list->items) maps.push_back(&one);
-  for (const config::YamlNode* map : maps)
-    if (const config::YamlNode* cutter = child(*map, "cutter"))
-      if (const config::YamlNode* library = child(*cutter, "library")) found.push_back(library);
-  return found;
-}
-
-}  // namespace
-
 Result<std::string> JobWork::whole(const std::string& text) const {
   const Result<config::YamlNode> now = config::parse_yaml(text, file_);
   if (!now) return tl::unexpected<Error>(now.error());
-  const std::vector<const config::YamlNode*> libraries = libraries_in(*now);
-  for (const config::YamlNode* library : libraries)
-    if (tools_.empty() || library->text != tools_name_)
+  std::vector<config::YamlEdit> places;
+  bool library = false;
+  for (const config::NamedFileKey& file : config::files_named_in(*now)) {
+    const std::string& name = file.node->text;
+    const bool tools = file.key.ends_with("library");
+    const bool known = tools ? !tools_.empty() && name == tools_name_ : files_.contains(name);
+    if (!known)
       return fail(Code::kInput,
-                  config::to_string(file_, library->place) + ": cutter.library: the desk works with " +
-                      (tools_.empty() ? "no library" : config::quoted(tools_name_)) +
+                  config::to_string(file_, file.node->place) + ": " + file.key + ": the desk works with " +
+                      (!tools                ? "the files that the job named when it was opened"
+                       : tools_name_.empty() ? "no library"
+                                             : config::quoted(tools_name_)) +
                       "; to take another file, change the job file and start tiltfeed desk again");
-  return libraries.empty() ? text : config::with_tool_written_out(text, file_, {stl_, machine_, tools_});
+    library = library || tools;
+    if (!tools)
+      places.push_back(
+          {file.key, config::quoted_text(std::filesystem::absolute(config::beside_file(opened_, name)))});
+  }
+  std::string out = text;
+  for (const config::YamlEdit& place : places) {
+    Result<std::string> changed = config::edited(out, place, {});
+    if (!changed) return changed;
+    out = std::move(*changed);
+  }
+  return library ? config::with_tool_written_out(out, file_, {stl_, machine_, tools_}) : out;
 }
 
 Result<void> JobWork::open(const std::string& path) {
@@ -118,9 +121,13 @@ Result<void> JobWork::open(const std::string& path) {
   if (!tree) return tl::unexpected<Error>(tree.error());
   machine_name_ = child(*tree, "machine")->text;
   // Those of other names are errors of the text: whole().
-  if (const auto libraries = libraries_in(*tree); !libraries.empty()) {
-    tools_name_ = libraries.front()->text;
-    tools_ = config::beside_file(path, tools_name_);
+  for (const config::NamedFileKey& file : config::files_named_in(*tree)) {
+    if (!file.key.ends_with("library")) {
+      files_.insert(file.node->text);
+    } else if (tools_.empty()) {
+      tools_name_ = file.node->text;
+      tools_ = config::beside_file(path, tools_name_);
+    }
   }
   saved_ = *text;
   id_ = 1;

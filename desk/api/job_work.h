@@ -2,6 +2,7 @@
 // The job on the desk: its text, what is wrong with it, and the files that it is planned with.
 
 #include <cstdint>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -57,8 +58,9 @@ class JobWork {
   Result<void> set_own(std::size_t number, const std::string& section, bool own);
   /// The text with these changes; nothing else happens. Errors: as config::edited().
   Result<std::string> with(const std::vector<config::YamlEdit>& edits) const;
-  /// A text as other processes read it: with the tool written out of the library that the file named when it
-  /// was opened. Errors: kInput: it names another; as load_job().
+  /// A text as other processes read it, from anywhere: with the tool written out of the library that the file
+  /// named when it was opened, and where its files of fixtures and blank lie. Errors: kInput: it names
+  /// another file, which nobody looks at; as load_job().
   Result<std::string> whole(const std::string& text) const;
   /// Another text; it is kept whether it is right or not. Errors: kUsage: no job is open; kInput: over
   /// kMaxConfigBytes; kIo.
@@ -105,6 +107,7 @@ class JobWork {
   std::string machine_name_;        ///< as the text has to name it
   bool chosen_ = false;             ///< it comes with the program
   std::string tools_, tools_name_;  ///< the library, and as the file names it; empty: none
+  std::set<std::string> files_;     ///< of fixtures and blank, as the file names them
   NewDeskJob made_;
   std::uint64_t id_ = 0;
   std::vector<JobError> errors_;

@@ -240,7 +240,7 @@ std::optional<Placing> RunApi::placing_of(std::uint64_t job, const std::string& 
   } else if (!machine_.empty()) {
     scene.machine = machine_;
     const std::string part = folder + "/part.stl";
-    const config::JobFiles files{.stl = part, .machine = machine_};
+    const config::JobFiles files{.stl = part, .machine = machine_, .closed = true};
     if (const auto loaded = config::load_operations(folder + "/job.yaml", files)) {
       placing = placing_of_operations(*loaded);
       scene = scene_of(*loaded, part, machine_);

@@ -144,8 +144,10 @@ int prove_command(const ProveOptions& options) {
   // Who tells it that the program is whole has started it, and wants no proof without living on.
   if (options.told) ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   const std::string& name = options.name.empty() ? options.program : options.name;
-  const auto jobs = config::load_operations(
-      options.job, {.stl = options.stl, .machine = options.machine, .operation = options.operation});
+  const auto jobs = config::load_operations(options.job, {.stl = options.stl,
+                                                          .machine = options.machine,
+                                                          .operation = options.operation,
+                                                          .closed = options.closed});
   if (!jobs) return report(jobs.error());
   std::vector<config::NamedFile> inputs;
   for (const config::Job& one : *jobs)

@@ -12,6 +12,7 @@ struct ProveOptions {
   std::string operation;     ///< of the job, whose program it is alone; empty: all of them
   std::string name;          ///< of the program in messages; empty: as `program`
   std::string picture;       ///< PNG file of a gouge; empty: none
+  bool closed = false;       ///< no other file that the job names is read
   bool told = false;         ///< the program is whole when a line has come on standard input
   bool progress = false;     ///< lines "progress 0.25" on standard output
   int threads = 0;           ///< 0: as many as the machine has

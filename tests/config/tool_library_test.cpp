@@ -210,7 +210,7 @@ TEST(ToolLibrary, SaysWhereAFileIsWrong) {
   says("cutting_speed_m_per_min: 150, ", "", "no speed is stated");
   says("150", "9999", "expected at most 200000");
   says("{material: wood, ", "{", "missing key 'cutting_data[2].material'");
-  says(kTools, "tool: []\n", "unknown key 'tool'");
+  says(kTools, "tool: []\n", "t.yaml: is no tool library; expected a list of tools (tools:)");
   says(kTools, "tools: 3\n", "expected a list of 1 to 10000 maps");
   EXPECT_FALSE(parse_tool_library("", "t.yaml").has_value());
   EXPECT_FALSE(load_tool_library("/nowhere/t.yaml").has_value());

@@ -170,6 +170,36 @@ TEST_F(JobWorkTest, takes_no_path_from_the_text) {
   }
 }
 
+TEST_F(JobWorkTest, takes_files_of_fixtures_and_blank_from_where_the_job_lies_and_no_other) {
+  std::filesystem::copy_file(std::string(SOURCE_DIR) + "/config/jobs/pin.yaml", folder_ + "/vice.stl");
+  write(folder_ + "/secret", "hunter2\n");
+  const std::string plain = text_;
+  text_ += "fixtures:\n  - {name: vice, shape: stl, stl: vice.stl}\nblank: {shape: file, file: vice.stl}\n";
+  write(path(), text_);
+  JobWork work(folder_ + "/work");
+  ASSERT_TRUE(work.open(path()));
+  EXPECT_TRUE(work.is_right()) << work.describe();
+  ASSERT_EQ(work.job().fixtures.size(), 1u);
+  EXPECT_EQ(work.job().fixtures[0].shape.stl, folder_ + "/vice.stl");
+  EXPECT_EQ(work.job().blank->path, folder_ + "/vice.stl");
+  EXPECT_EQ(work.text(), text_);
+  const std::string others[] = {"fixtures:\n  - {name: vice, shape: stl, stl: FILE}\n",
+                                "blank: {shape: file, file: FILE}\n",
+                                "operations: [{name: a, cutter: {library: FILE, id: a}}]\n"};
+  for (const std::string& other : others)
+    for (const std::string& name : {folder_ + "/secret", std::string("secret"), folder_ + "/nowhere"}) {
+      std::string text = other;
+      text = plain + text.replace(text.find("FILE"), 4, name);
+      ASSERT_TRUE(work.set_text(text));
+      EXPECT_FALSE(work.is_right()) << text;
+      const std::string said = work.describe();
+      EXPECT_NE(said.find("to take another file, change the job file"), std::string::npos) << said;
+      EXPECT_EQ(said.find("hunter2"), std::string::npos) << said;
+      EXPECT_EQ(said.find("not a file"), std::string::npos) << "whether it is there: " << said;
+      EXPECT_FALSE(work.whole(text).has_value());
+    }
+}
+
 TEST_F(JobWorkTest, works_on_nothing_until_a_job_is_open) {
   JobWork work(folder_ + "/work");
   EXPECT_EQ(work.describe(), "null");

@@ -73,7 +73,7 @@ def a_fixture_that_stays_behind(run):
         socket.send_fds(service, [b'{"v":1,"op":"submit","name":"vice"}\n'], [job.fileno(), part.fileno()])
         number = json.loads(service.recv(65536))["job"]
     run.until("it is planned for ever", lambda: run.show(number, "state") not in ("received", "planning", "arriving"))
-    run.want(run.show(number, "state") == "failed" and "fixture 'vice' does not go" in run.show(number, "note"),
+    run.want(run.show(number, "state") == "failed" and "fixtures[1].stl: the file 'part.stl' did not come" in run.show(number, "note"),
              f"planned without its file: {run.show(number, 'note')}")
 
 

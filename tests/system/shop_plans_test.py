@@ -208,7 +208,7 @@ def test_closed(run):
     run.write("library.yaml", re.sub(r"cutter: \{.*", f"cutter: {{library: {run.work}/secret.yaml, id: x}}", text))
     run.write("fixture.yaml", text + "\nfixtures:\n  - {name: vice, on: table, shape: stl, stl: body.stl}\n")
     run.write("secret.yaml", "password: geheim\n")
-    for path, profile, words in ((f"{run.work}/library.yaml", PROFILE, "is not here"), (f"{run.work}/fixture.yaml", PROFILE, "vice"),
+    for path, profile, words in ((f"{run.work}/library.yaml", PROFILE, "did not come with the job"), (f"{run.work}/fixture.yaml", PROFILE, "fixtures[1].stl"),
                                  (job, f"{run.work}/bodies.yaml", "left wall")):
         status, _, said = run.call("plan", path, "--machine", profile, "--stl", f"{run.work}/part.stl", "--out", f"{run.work}/closed.nc", "--closed")
         run.want(status == 1 and words in said and "geheim" not in said, said)
