@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "config/beside_program.h"
+#include "config/child_process.h"
 #include "config/description.h"
 #include "kinematics/basics/decimal.h"
 #include "pathgen/part_file/cad_stream.h"
@@ -64,20 +65,17 @@ bool take(Pipe& pipe, std::string& text, std::size_t most) {
 class CadRun {
  public:
   explicit CadRun(const std::string& path) : path_(path) {}
-  ~CadRun() { kill(); }
 
   Result<void> start(const std::vector<std::string>& words) {
     int failed = out_.open() && error_.open() ? 0 : errno;
     if (failed == 0)
-      failed = spawn_program(pid_, words, {{out_.write, STDOUT_FILENO}, {error_.write, STDERR_FILENO}});
+      failed = child_.start(words, {{out_.write, STDOUT_FILENO}, {error_.write, STDERR_FILENO}});
     out_.close_write(), error_.close_write();
-    if (failed != 0) {
-      pid_ = -1;
+    if (failed != 0)
       return fail(Code::kIo,
                   path_ + ": a STEP or IGES file, and " + words[0] + ": " + std::strerror(failed) +
                       "; it reads these files and belongs beside tiltfeed: install it, or export the part "
                       "as STL or 3MF");
-    }
     for (const int end : {out_.read, error_.read}) ::fcntl(end, F_SETFL, O_NONBLOCK);
     return {};
   }
@@ -106,25 +104,14 @@ class CadRun {
   }
 
   /// How it ended.
-  int wait() {
-    int status = 0;
-    while (::waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
-    }
-    pid_ = -1;
-    return status;
-  }
+  int wait() { return child_.wait(); }
 
   std::string sent, said;
 
  private:
-  void kill() {
-    if (pid_ < 0) return;
-    ::kill(pid_, SIGKILL);
-    wait();
-  }
   const std::string& path_;
   Pipe out_, error_;
-  int pid_ = -1;
+  ChildProcess child_;  // whose end comes with this one's
 };
 
 std::string in_one_line(std::string text) {
