@@ -74,6 +74,7 @@ SendState GrblSession::state() const {
   state.feed_override = feed_.reported;
   state.rapid_override = rapid_.reported;
   state.spindle_override = spindle_.reported;
+  state.feed = status_.feed, state.spindle = status_.spindle;
   state.starved = starved();
   state.refused = refused_;
   state.place = place().value_or(no_axes());

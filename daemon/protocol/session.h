@@ -133,6 +133,7 @@ struct SendState {
   std::uint16_t boot = 0;     ///< Modbus: the controller's boot_id
   int feed_override = 0;      ///< percent as the controller reports it; 0: unknown
   int rapid_override = 0, spindle_override = 0;  ///< likewise
+  double feed = -1.0, spindle = -1.0;            ///< as reported now, mm/min and 1/min; -1: not known
   AxisValues place = no_axes();  ///< as reported, program coordinates; not a number: not known
   /// It had run out by its last word, although blocks are left to send; nothing: the link does not tell.
   std::optional<bool> starved = {};

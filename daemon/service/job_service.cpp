@@ -210,6 +210,8 @@ Result<std::string> JobService::list(std::uint64_t after) const {
   json["machine"] = config_.machine.model.name;
   json["link"] = describe(link_);
   if (!config_.queue.url.empty()) json["shop"] = shop_text_;
+  json["at_work"] = is_at_work() || plan_.runs();
+  json["counts"] = ordered_json::parse(counts_json());
   json["jobs"] = ordered_json::array();
   const std::vector<std::uint64_t> waiting = queue();
   for (const SpooledJob& job : *jobs) json["jobs"].push_back(ordered_json::parse(job_json(job, waiting)));
@@ -293,6 +295,7 @@ std::string JobService::job_json(const SpooledJob& job, const std::vector<std::u
   json["remaining_seconds"] = tenth(view.remaining_seconds);
   json["silent_seconds"] = tenth(view.silent_seconds);
   if (const auto starved = view.tally.starved_seconds()) json["starved_seconds"] = tenth(*starved);
+  if (const auto slowest = view.tally.slowest_hold()) json["slowest_hold_seconds"] = tenth(*slowest);
   json["uncertain_lines"] = {view.state.uncertain.first, view.state.uncertain.last};
   json.update(ordered_json::parse(run_place_json(view.state)));
   if (!view.state.held.empty()) json["held"] = view.state.held;

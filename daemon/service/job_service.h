@@ -18,6 +18,7 @@
 #include "daemon/service/plan_help.h"
 #include "daemon/service/plan_orders.h"
 #include "daemon/service/planner.h"
+#include "daemon/service/service_counts.h"
 #include "daemon/service/spool.h"
 #include "daemon/service/spool_shop.h"
 #include "daemon/service/spool_states.h"
@@ -157,6 +158,7 @@ class JobService {
   void take_proof_ends();
   void give_up_silent();
   void forget_plan(std::uint64_t job);
+  std::string counts_json() const;
   void tend_help();
   void look_into_watch_folder();
   void take_watched(const WatchedFolder& found);
@@ -187,6 +189,7 @@ class JobService {
   std::vector<PlanProcess> proofs_;                        ///< of what came back
   PlanHelper help_;                                        ///< for others
   std::chrono::steady_clock::time_point shop_asked_ = {};  ///< when the shop's thread asked last
+  ServiceCounts counts_;
   DigestCheck check_;
   Errands errands_;
   Arrivals arrivals_;

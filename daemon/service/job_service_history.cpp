@@ -31,6 +31,7 @@ void JobService::end_run(const SpooledJob& job, const std::string& note) {
   end.outcome = job.state == JobState::kReady ? "nothing sent" : state_name(job.state);
   end.note = note;
   if (ended_ && ended_->job == job.id) {
+    ++counts_.runs[end.outcome];
     const RunTally& tally = ended_->tally;
     end.ended = std::time(nullptr);
     end.figures = {ended_->state.sent,    ended_->state.resends,  ended_->seconds,

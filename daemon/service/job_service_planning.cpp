@@ -38,6 +38,7 @@ void JobService::take_check_end() {
   if (!*run && order != nullptr)
     return plan_here(job->id, "the plan of " + helper + " is not taken: " + run->error().message);
   if (!*run) return plan_failed(*job, run->error().message);
+  if (order != nullptr) ++counts_.orders["accepted"];
   job->total = (*run)->subject.total;
   job->hash = hex((*run)->subject.program);
   orders_.forget(job->id);

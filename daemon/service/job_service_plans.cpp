@@ -4,6 +4,8 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <nlohmann/json.hpp>
+
 #include "daemon/service/job_service.h"
 #include "daemon/shop/shop_files.h"
 
@@ -11,6 +13,7 @@ namespace tiltfeed::daemon {
 
 namespace {
 
+using nlohmann::ordered_json;
 using std::chrono::steady_clock;
 
 /// The shop's thread has asked lately: the database is there.
@@ -53,6 +56,7 @@ bool JobService::is_planned_elsewhere(const SpooledJob& job, bool free) {
   const bool works = is_at_work();
   if (const PlanOrders::Order* order = orders_.of(job.id)) {
     if (!free || !orders_.is_over(*order, works, now)) return true;
+    ++counts_.orders["not taken"];
     orders_.refuse(job.id);
     return false;
   }
@@ -80,6 +84,7 @@ Result<LocalPlans> JobService::read_plans() {
 
 /// It is planned here after all. `why`: for people.
 void JobService::plan_here(std::uint64_t id, const std::string& why) {
+  ++counts_.orders["refused"];
   orders_.refuse(id);
   log(Severity::kWarning, id, why + "; it is planned here");
   const Result<SpooledJob> job = spool_.find(id);
@@ -166,6 +171,20 @@ void JobService::forget_plan(std::uint64_t job) {
   std::erase_if(proofs_, [&](const PlanProcess& proof) { return proof.job == job; });
 }
 
+/// Without a queue nothing is told of plans.
+std::string JobService::counts_json() const {
+  ordered_json json = {{"runs", counts_.runs}};
+  if (config_.queue.url.empty()) return json.dump();
+  std::map<std::string, int> now = {{"open", 0}, {"taken", 0}, {"proving", 0}};
+  for (const auto& [job, order] : orders_.all())
+    ++now[order.back ? "proving" : order.standing.state == PlanState::kTaken ? "taken" : "open"];
+  json["plans_asked"] = now;
+  json["plans_asked_ended"] = counts_.orders;
+  json["plans_for_others"] = help_.text().empty() ? 0 : 1;
+  json["plans_for_others_ended"] = counts_.helped;
+  return json.dump();
+}
+
 // ---- who helps -------------------------------------------------------------------------------------------
 
 Result<bool> JobService::plan_take(const PlanTaken& order, const std::vector<int>& files) {
@@ -181,10 +200,13 @@ void JobService::tend_help() {
   const std::string text = help_.text();
   if (plans && !may_help()) {
     help_.give_back();
+    ++counts_.helped["given back"];
     log(Severity::kInfo, 0, text + " is given back: this machine needs its processor");
     shop_wake_();
   }
-  if (help_.tick()) shop_wake_();
+  if (!help_.tick()) return;
+  ++counts_.helped[help_.told()->state == HelpState::kDone ? "done" : "failed"];
+  shop_wake_();
 }
 
 void JobService::plan_settled(const std::string& id) { help_.settle(id); }

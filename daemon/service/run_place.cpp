@@ -17,6 +17,8 @@ std::string run_place_json(const SendState& state) {
   tell("feed", state.feed_override);
   tell("rapid", state.rapid_override);
   tell("spindle", state.spindle_override);
+  if (state.feed >= 0.0) json["feed_mm_per_min"] = state.feed;
+  if (state.spindle >= 0.0) json["spindle_rpm"] = state.spindle;
   if (!state.machine.empty()) json["words"] = grbl_state_text(state.machine, 0);
   return json.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace);
 }

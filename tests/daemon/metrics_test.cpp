@@ -17,8 +17,10 @@ using namespace daemon;
 namespace {
 
 const std::vector<std::string> kAnswers = {
-    R"({"ok":true,"machine":"a \"b\"","link":"grbl:/dev/x","more":true,"jobs":[{"job":1,"name":"n","state":"done"},
-        {"job":2,"state":"running","blocks":200,"sent":90,"acknowledged":80,"executed":75,"resends":2,"starved_seconds":1.5,"phase":"hold",
+    R"({"ok":true,"machine":"a \"b\"","link":"grbl:/dev/x","more":true,"counts":{"runs":{"done":3,"uncertain":1},
+        "plans_asked":{"open":2,"taken":1,"proving":0},"plans_asked_ended":{"refused":4},"plans_for_others":1,
+        "plans_for_others_ended":{"done":5,"given back":6}},"jobs":[{"job":1,"name":"n","state":"done"},
+        {"job":2,"state":"running","blocks":200,"sent":90,"acknowledged":80,"executed":75,"resends":2,"starved_seconds":1.5,"phase":"hold","feed_mm_per_min":1500,"spindle_rpm":9000,"slowest_hold_seconds":0.3,
          "seconds":12.5,"remaining_seconds":30.5,"override":{"feed":110,"spindle":100}}]})",
     R"({"ok":true,"machine":"a","link":"l","jobs":[{"job":3,"state":"queued","queue":1,"queue_moves":true},
         {"job":4,"state":"uncertain"},{"job":5,"state":"uncertain"}]})"};
@@ -29,7 +31,8 @@ std::map<std::string, double> read(const std::string& text) {
   std::map<std::string, double> samples;
   std::set<std::string> families;
   std::string family;
-  const std::regex help("# HELP (tiltfeed_[a-z_]+) [^ ].*\\."), type("# TYPE (tiltfeed_[a-z_]+) gauge"),
+  const std::regex help("# HELP (tiltfeed_[a-z_]+) [^ ].*\\."),
+      type("# TYPE (tiltfeed_[a-z_]+) (gauge|counter)"),
       sample(
           "(tiltfeed_[a-z_]+)(\\{[a-z]+=\"(\\\\.|[^\"\\\\])*\"(,[a-z]+=\"(\\\\.|[^\"\\\\])*\")*\\})? "
           "([0-9.e+]+)");
@@ -40,10 +43,11 @@ std::map<std::string, double> read(const std::string& text) {
     if (std::regex_match(line, found, help)) {
       family = found[1];
       EXPECT_TRUE(families.insert(family).second) << family << " comes twice";
-      EXPECT_FALSE(std::regex_search(family, std::regex("_(ms|milliseconds|percent|mm|minutes|total)$")))
+      EXPECT_FALSE(std::regex_search(family, std::regex("_(ms|milliseconds|percent|mm|minutes|rpm)$")))
           << family;
     } else if (std::regex_match(line, found, type)) {
       EXPECT_EQ(found[1], family);
+      EXPECT_EQ(found[2] == "counter", family.ends_with("_total")) << line;
     } else {
       EXPECT_TRUE(std::regex_match(line, found, sample)) << line;
       EXPECT_EQ(found[1], family) << "a sample outside its family";
@@ -81,11 +85,33 @@ TEST(Metrics, SayWhatTheServiceSaid) {
       {"tiltfeed_run_starved_seconds", 1.5},
       {"tiltfeed_run_remaining_seconds", 30.5},
       {"tiltfeed_override_ratio{kind=\"feed\"}", 1.1},
+      {"tiltfeed_run_feed_meters_per_second", 0.025},
+      {"tiltfeed_run_spindle_hertz", 150},
+      {"tiltfeed_run_slowest_hold_seconds", 0.3},
+      {"tiltfeed_runs_total{outcome=\"done\"}", 3},
+      {"tiltfeed_runs_total{outcome=\"uncertain\"}", 1},
+      {"tiltfeed_runs_total{outcome=\"failed\"}", 0},
+      {"tiltfeed_plans_asked{state=\"open\"}", 2},
+      {"tiltfeed_plans_asked{state=\"taken\"}", 1},
+      {"tiltfeed_plans_asked{state=\"proving\"}", 0},
+      {"tiltfeed_plans_asked_ended_total{outcome=\"refused\"}", 4},
+      {"tiltfeed_plans_asked_ended_total{outcome=\"accepted\"}", 0},
+      {"tiltfeed_plans_for_others", 1},
+      {"tiltfeed_plans_for_others_ended_total{outcome=\"done\"}", 5},
+      {"tiltfeed_plans_for_others_ended_total{outcome=\"failed\"}", 0},
+      {"tiltfeed_plans_for_others_ended_total{outcome=\"given back\"}", 6},
   };
   for (const auto& [name, value] : expected) {
     ASSERT_TRUE(samples.contains(name)) << name << "\n" << *text;
     EXPECT_DOUBLE_EQ(samples.at(name), value) << name;
   }
+}
+
+TEST(Metrics, SayNothingOfPlansWhereThereIsNoShop) {
+  const auto text = metrics_text({R"({"ok":true,"counts":{"runs":{}},"jobs":[]})"}, "1", {1, 2});
+  ASSERT_TRUE(text);
+  EXPECT_EQ(read(*text).at("tiltfeed_runs_total{outcome=\"done\"}"), 0);
+  EXPECT_EQ(text->find("plans"), text->npos);
 }
 
 TEST(Metrics, SayNothingOfJobsWhereNoServiceAnswers) {
