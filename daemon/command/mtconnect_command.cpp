@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <filesystem>
 #include <iostream>
 #include <mutex>
 #include <optional>
@@ -67,7 +68,12 @@ int MtconnectCommand::run() const {
   const Options& o = *options_;
   const Result<config::ServiceConfig> service = config::load_service_config(o.config);
   if (!service) return complain(service.error());
-  if (!o.device_file.empty()) return give_text(device_file(service->machine.model), o.device_file, false);
+  if (!o.device_file.empty()) {
+    // As the shop's page has it: /etc/tiltfeed/NAME.yaml is the service of the machine NAME.
+    const std::string stem = std::filesystem::path(o.config).stem().string();
+    const std::string text = device_file(service->machine.model, stem == "service" ? "" : stem);
+    return give_text(text, o.device_file, false);
+  }
   const std::vector<DataItem> items = data_items(service->machine.model);
   hear_interrupts();
   Result<Adapter> adapter = Adapter::open(o.listen, items, o.version);

@@ -16,12 +16,17 @@ std::vector<std::string> rotary_letters(const MachineModel& machine) {
   return letters;
 }
 
-/// An NMTOKEN that an XML text needs no escapes for.
+/// An ID of XML that needs no escapes: begins with a letter.
 std::string token(const std::string& name) {
   std::string out;
   for (const char c : name)
     out += std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.' ? c : '-';
-  return out.empty() ? "machine" : out;
+  return out.empty() ? "machine" : std::isalpha(static_cast<unsigned char>(out[0])) != 0 ? out : "m-" + out;
+}
+
+/// Of an element: agents that hear several machines have one document for all, and an id stands there once.
+std::string id_and_name(const std::string& device, const std::string& name) {
+  return " id=\"" + device + "-" + name + "\" name=\"" + name + "\"";
 }
 
 std::string attribute(const char* name, const std::string& value) {
@@ -29,25 +34,26 @@ std::string attribute(const char* name, const std::string& value) {
 }
 
 /// The items of one component, as an XML element of so much indent.
-std::string items_of(const std::vector<DataItem>& items, const std::string& component,
-                     const std::string& indent) {
+std::string items_of(const std::vector<DataItem>& items, const std::string& device,
+                     const std::string& component, const std::string& indent) {
   std::string out = indent + "<DataItems>\n";
   for (const DataItem& item : items) {
     if (item.component != component) continue;
     // Places are those of the program: the machine's own are not known to who sends it.
     const bool placed = item.type == "POSITION" || item.type == "PATH_POSITION" || item.type == "ANGLE";
     out += indent + "  <DataItem" + attribute("category", kNames[static_cast<int>(item.category)]) +
-           attribute("id", item.id) + attribute("type", item.type) + attribute("subType", item.sub_type) +
+           id_and_name(device, item.id) + attribute("type", item.type) + attribute("subType", item.sub_type) +
            attribute("units", item.units) + attribute("nativeUnits", item.units) +
            attribute("coordinateSystem", placed ? "WORK" : "") + "/>\n";
   }
   return out + indent + "</DataItems>\n";
 }
 
-std::string axis_element(const std::vector<DataItem>& items, const char* kind, const std::string& id) {
+std::string axis_element(const std::vector<DataItem>& items, const std::string& device, const char* kind,
+                         const std::string& axis) {
   const std::string indent(12, ' ');
-  return indent + "<" + kind + " id=\"" + id + "\" name=\"" + id + "\">\n" +
-         items_of(items, id, indent + "  ") + indent + "</" + kind + ">\n";
+  return indent + "<" + kind + id_and_name(device, axis) + ">\n" +
+         items_of(items, device, axis, indent + "  ") + indent + "</" + kind + ">\n";
 }
 
 }  // namespace
@@ -66,6 +72,7 @@ std::vector<DataItem> data_items(const MachineModel& machine) {
       {"path", kEvent, "parts", "PART_COUNT", "ALL", ""},
       {"path", kEvent, "feed_override", "PATH_FEEDRATE_OVERRIDE", "PROGRAMMED", ""},
       {"path", kEvent, "rapid_override", "PATH_FEEDRATE_OVERRIDE", "RAPID", ""},
+      {"path", kSample, "feedrate", "PATH_FEEDRATE", "ACTUAL", "MILLIMETER/SECOND"},
       {"path", kSample, "position", "PATH_POSITION", "ACTUAL", "MILLIMETER_3D"},
       {"path", kCondition, "motion", "MOTION_PROGRAM", "", ""},
   };
@@ -74,13 +81,14 @@ std::vector<DataItem> data_items(const MachineModel& machine) {
   for (const std::string& axis : rotary_letters(machine))
     items.push_back({axis, kSample, axis + "_angle", "ANGLE", "ACTUAL", "DEGREE"});
   items.push_back({"S", kEvent, "S_mode", "ROTARY_MODE", "", ""});
+  items.push_back({"S", kSample, "S_speed", "ROTARY_VELOCITY", "COMMANDED", "REVOLUTION/MINUTE"});
   items.push_back({"S", kEvent, "S_override", "ROTARY_VELOCITY_OVERRIDE", "", ""});
   return items;
 }
 
-std::string device_file(const MachineModel& machine) {
+std::string device_file(const MachineModel& machine, const std::string& service) {
   const std::vector<DataItem> items = data_items(machine);
-  const std::string name = token(machine.name);
+  const std::string device = token(service.empty() ? machine.name : service);
   std::string out =
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
       "<MTConnectDevices xmlns=\"urn:mtconnect.org:MTConnectDevices:2.2\">\n"
@@ -88,17 +96,18 @@ std::string device_file(const MachineModel& machine) {
       " bufferSize=\"131072\" assetBufferSize=\"1\" assetCount=\"0\""
       " deviceModelChangeTime=\"2026-01-01T00:00:00Z\"/>\n"
       "  <Devices>\n"
-      "    <Device id=\"device\" name=\"" +
-      name + "\" uuid=\"tiltfeed-" + name + "\">\n";
-  out += items_of(items, "device", std::string(6, ' '));
-  out += "      <Components>\n        <Axes id=\"axes\">\n          <Components>\n";
-  for (const char* const axis : {"X", "Y", "Z"}) out += axis_element(items, "Linear", axis);
-  for (const std::string& axis : rotary_letters(machine)) out += axis_element(items, "Rotary", axis);
-  out += axis_element(items, "Rotary", "S");
-  out += "          </Components>\n        </Axes>\n        <Controller id=\"controller\">\n";
-  out += items_of(items, "controller", std::string(10, ' '));
-  out += "          <Components>\n            <Path id=\"path\">\n";
-  out += items_of(items, "path", std::string(14, ' '));
+      "    <Device id=\"" +
+      device + "\" name=\"" + device + "\" uuid=\"tiltfeed-" + device + "\">\n";
+  out += items_of(items, device, "device", std::string(6, ' '));
+  out += "      <Components>\n        <Axes" + id_and_name(device, "axes") + ">\n          <Components>\n";
+  for (const char* const axis : {"X", "Y", "Z"}) out += axis_element(items, device, "Linear", axis);
+  for (const std::string& axis : rotary_letters(machine)) out += axis_element(items, device, "Rotary", axis);
+  out += axis_element(items, device, "Rotary", "S");
+  out += "          </Components>\n        </Axes>\n        <Controller" + id_and_name(device, "controller") +
+         ">\n";
+  out += items_of(items, device, "controller", std::string(10, ' '));
+  out += "          <Components>\n            <Path" + id_and_name(device, "path") + ">\n";
+  out += items_of(items, device, "path", std::string(14, ' '));
   return out +
          "            </Path>\n          </Components>\n        </Controller>\n      </Components>\n"
          "    </Device>\n  </Devices>\n</MTConnectDevices>\n";

@@ -14,7 +14,7 @@ enum class ItemCategory : unsigned char { kSample, kEvent, kCondition };
 struct DataItem {
   std::string component;  ///< id of the component that it belongs to; "device": the device itself
   ItemCategory category = ItemCategory::kEvent;
-  std::string id;        ///< also the key in the adapter's lines
+  std::string id;        ///< the key in the adapter's lines
   std::string type;      ///< as AVAILABILITY
   std::string sub_type;  ///< empty: none
   std::string units;     ///< of a sample, else empty
@@ -23,8 +23,9 @@ struct DataItem {
 /// In a fixed order. Rotary axes that the machine does not have have no item.
 std::vector<DataItem> data_items(const MachineModel& machine);
 
-/// The agent's Devices.xml. Properties: valid by the schema MTConnectDevices_2.2; the device's name and uuid
-/// are the machine's name with '-' for what a name may not have.
-std::string device_file(const MachineModel& machine);
+/// The agent's Devices.xml. Properties: valid by the schema MTConnectDevices_2.2; the device's name, its uuid
+/// and the beginning of each id are `service`, else the machine's name, with '-' for what a name may not
+/// have; each item's name is its key in the adapter's lines.
+std::string device_file(const MachineModel& machine, const std::string& service);
 
 }  // namespace tiltfeed::daemon

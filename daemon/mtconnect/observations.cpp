@@ -6,6 +6,7 @@ namespace tiltfeed::daemon {
 namespace {
 
 using nlohmann::json;
+constexpr double kSecondsInMinute = 60.0;
 
 /// On one line; where it has a bar it is quoted, as SHDR asks for.
 std::string field(const std::string& value) {
@@ -72,6 +73,9 @@ void tell_run(const json& job, const std::string& block, Observations& out) {
   for (const auto& [name, id] :
        {std::pair{"feed", "feed_override"}, {"rapid", "rapid_override"}, {"spindle", "S_override"}})
     if (overrides.contains(name)) out[id] = number(overrides[name]);
+  if (job.contains("feed_mm_per_min"))
+    out["feedrate"] = number(job["feed_mm_per_min"].get<double>() / kSecondsInMinute);
+  if (job.contains("spindle_rpm")) out["S_speed"] = number(job["spindle_rpm"]);
   if (phase == "hold")
     out["motion"] = condition("WARNING", job.value("machine", ""), job.value("held", "held"));
   if (phase == "alarm") out["system"] = condition("FAULT", job.value("machine", ""), words);

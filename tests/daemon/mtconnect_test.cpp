@@ -52,6 +52,9 @@ const std::map<std::string, Published> kPublished = {
     {"PATH_FEEDRATE_OVERRIDE", {"EVENT", {"JOG", "PROGRAMMED", "RAPID"}, {""}}},
     {"ROTARY_VELOCITY_OVERRIDE", {"EVENT", {""}, {""}}},
     {"ROTARY_MODE", {"EVENT", {""}, {""}}},
+    {"PATH_FEEDRATE",
+     {"SAMPLE", {"ACTUAL", "COMMANDED", "JOG", "PROGRAMMED", "RAPID"}, {"MILLIMETER/SECOND"}}},
+    {"ROTARY_VELOCITY", {"SAMPLE", {"ACTUAL", "COMMANDED", "PROGRAMMED"}, {"REVOLUTION/MINUTE"}}},
     {"PATH_POSITION", {"SAMPLE", {"ACTUAL", "COMMANDED", "TARGET", "PROBE"}, {"MILLIMETER_3D"}}},
     {"POSITION", {"SAMPLE", {"ACTUAL", "COMMANDED", "PROGRAMMED", "TARGET"}, {"MILLIMETER"}}},
     {"ANGLE", {"SAMPLE", {"ACTUAL", "COMMANDED"}, {"DEGREE"}}},
@@ -83,10 +86,10 @@ TEST(Mtconnect, TheDeviceFileDeclaresEachItemOnceAndOnlyAxesThatAreThere) {
       {"mill-4x-table-a", {"X", "Y", "Z", "A", "S"}},
       {"mill-3x", {"X", "Y", "Z", "S"}}};
   for (const auto& [profile, expected] : axes) {
-    const std::string xml = device_file(machine(profile));
+    const std::string xml = device_file(machine(profile), "");
     std::set<std::string> found, ids;
-    const std::regex axis("<(Linear|Rotary) id=\"(.)\""),
-        item("<DataItem [^>]*\\bid=\"([A-Za-z_]+)\"[^>]*/>");
+    const std::regex axis("<(Linear|Rotary) id=\"[^\"]+\" name=\"(.)\""),
+        item("<DataItem [^>]*\\bname=\"([A-Za-z_]+)\"[^>]*/>");
     for (std::sregex_iterator at(xml.begin(), xml.end(), axis), end; at != end; ++at) found.insert((*at)[2]);
     EXPECT_EQ(found, expected) << profile;
     for (std::sregex_iterator at(xml.begin(), xml.end(), item), end; at != end; ++at)
@@ -94,6 +97,26 @@ TEST(Mtconnect, TheDeviceFileDeclaresEachItemOnceAndOnlyAxesThatAreThere) {
     for (const DataItem& one : data_items(machine(profile))) EXPECT_EQ(ids.count(one.id), 1u) << one.id;
     EXPECT_EQ(ids.size(), data_items(machine(profile)).size());
   }
+}
+
+/// xs:ID: once in a document, and an agent has one for all of its devices.
+TEST(Mtconnect, MachinesOfOneProfileHaveNoIdInCommon) {
+  std::set<std::string> ids, uuids;
+  std::size_t count = 0;
+  for (const char* const service : {"north", "south 2", "5axis", ""}) {
+    const std::string xml = device_file(machine("generic-ac"), service);
+    const std::regex id(" id=\"([A-Za-z][A-Za-z0-9_.-]*)\""), uuid(" uuid=\"([^\"]+)\""), any(" id=\"");
+    std::sregex_iterator end;
+    for (std::sregex_iterator at(xml.begin(), xml.end(), id); at != end; ++at, ++count) ids.insert((*at)[1]);
+    std::smatch found;
+    ASSERT_TRUE(std::regex_search(xml, found, uuid));
+    uuids.insert(found[1]);
+    EXPECT_EQ(std::distance(std::sregex_iterator(xml.begin(), xml.end(), any), end),
+              std::distance(std::sregex_iterator(xml.begin(), xml.end(), id), end))
+        << service;
+  }
+  EXPECT_EQ(ids.size(), count);
+  EXPECT_EQ(uuids.size(), 4u);
 }
 
 TEST(Mtconnect, AServiceThatDoesNotAnswerIsUnavailableInEveryItem) {
@@ -109,7 +132,7 @@ TEST(Mtconnect, ARunIsToldInTheStandardsWordsAndUnits) {
   ServiceView view;
   view.job =
       R"({"job":3,"name":"a|b","state":"running","phase":"hold","machine":"Hold:0","held":"held on request",
-    "program":{"X":1.5,"Y":-2,"Z":30,"A":-45,"C":370.25},"uncertain_lines":[17,25],"override":{"feed":90,"spindle":110}})";
+    "program":{"X":1.5,"Y":-2,"Z":30,"A":-45,"C":370.25},"uncertain_lines":[17,25],"feed_mm_per_min":1200,"spindle_rpm":8000,"override":{"feed":90,"spindle":110}})";
   view.block = "G1 X1.5 F1200";
   view.parts = 4;
   const auto said = observe(items, view);
@@ -129,6 +152,8 @@ TEST(Mtconnect, ARunIsToldInTheStandardsWordsAndUnits) {
                                                        {"C_angle", "370.25"},
                                                        {"rapid_override", "UNAVAILABLE"},
                                                        {"S_override", "110"},
+                                                       {"feedrate", "20.0"},
+                                                       {"S_speed", "8000"},
                                                        {"S_mode", "SPINDLE"},
                                                        {"motion", "WARNING|Hold:0|||held on request"},
                                                        {"comms", "NORMAL||||"}};

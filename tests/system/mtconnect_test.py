@@ -2,7 +2,7 @@
 """Two MTConnect agents hear of a service with a run on a simulated machine: states in their order, lines and places of
 the program, a hold, the end; the service's death and return; an agent that comes back hears everything again.
 
-mtconnect_test.py BIN_FOLDER WORK_FOLDER
+mtconnect_test.py BIN_FOLDER WORK_FOLDER [--measure]
 
 The agents are of this file, by the rules of SHDR 1.
 """
@@ -11,6 +11,7 @@ import re
 import socket
 import sys
 import threading
+import time
 import xml.etree.ElementTree
 
 from service_run import ROOT, Run, write_feeds
@@ -66,10 +67,32 @@ class Agent:
         self.wire.close()
 
 
+def measure(run, agent, address, items, conditions):
+    """From the answer to an order to the agent's line; agents that come again and again, each until it has heard all."""
+    waits = {"FEED_HOLD": [], "ACTIVE": []}
+    for _ in range(20):
+        for order, state in (("hold", "FEED_HOLD"), ("resume", "ACTIVE")):
+            run.want(run.tiltfeed(order)[0] == 0, order)
+            begun = time.monotonic()
+            run.until(f"no {state}", lambda: agent.now["execution"] == state)
+            waits[state].append(time.monotonic() - begun)
+    comes = []
+    for _ in range(100):
+        begun = time.monotonic()
+        other = Agent(address, conditions)
+        run.until("who comes again does not hear all", lambda: set(other.now) == items)
+        comes.append(time.monotonic() - begun)
+        other.close()
+        run.want(not other.wrong, other.wrong)
+    for name, times in (*waits.items(), ("all items after a connect", comes)):
+        times.sort()
+        print(f"{name}: median {1000 * times[len(times) // 2]:.0f} ms, slowest {1000 * times[-1]:.0f} ms of {len(times)}")
+
+
 def main():
     run = Run(sys.argv[1], sys.argv[2])
     program = f"{run.work}/program.nc"
-    write_feeds(program, [(0.01 * (i % 1000), 0, 50, 0, 0.05 * i) for i in range(600)], 600)
+    write_feeds(program, [(0.01 * (i % 1000), 0, 50, 0, 0.05 * i) for i in range(60000 if "--measure" in sys.argv else 600)], 600)
     with open(program, encoding="ascii") as text:
         lines = text.read().split("\n")
     run.configure(f"grbl:{run.simulate('--pty', f'{run.work}/machine', '--speed', '5', '--trace', f'{run.work}/trace.csv')}")
@@ -78,7 +101,7 @@ def main():
     config = f"{run.work}/service.yaml"
     status, text = run.tiltfeed("mtconnect", "--config", config, "--device-file", "-")
     run.want(status == 0, text)
-    items = {item.get("id"): item for item in xml.etree.ElementTree.fromstring(text).iter() if item.tag.endswith("}DataItem")}
+    items = {item.get("name"): item for item in xml.etree.ElementTree.fromstring(text).iter() if item.tag.endswith("}DataItem")}
     conditions = {key for key, item in items.items() if item.get("category") == "CONDITION"}
     run.start("mtconnect.log", [f"{run.bin}/tiltfeed", "mtconnect", "--config", config, "--listen", "127.0.0.1:0"])
     ready = lambda: re.search(r"^ready on (\S+)$", run.text("mtconnect.log"), re.MULTILINE)
@@ -93,6 +116,7 @@ def main():
 
     job = run.job_in_the_cut(10)
     run.until("the run is not seen", lambda: first.now["execution"] == "ACTIVE" and first.now["C_angle"] != "UNAVAILABLE")
+    run.until("feed and spindle are not told", lambda: float(first.now["feedrate"].replace("UNAVAILABLE", "0")) > 0 and float(first.now["S_speed"].replace("UNAVAILABLE", "0")) == 8000)
     run.want(first.now["program"] == "program" and first.now["mode"] == "AUTOMATIC", f"{first.now}")
     run.want(run.tiltfeed("hold")[0] == 0, "not held")
     for agent in agents:
@@ -100,11 +124,17 @@ def main():
     if first.now["line"] != "UNAVAILABLE":
         run.want(first.now["block"] == lines[int(first.now["line"]) - 1], f"{first.now['line']}: {first.now['block']}")
 
+    if "--measure" in sys.argv:
+        run.want(run.tiltfeed("resume")[0] == 0, "not resumed")
+        measure(run, first, ready().group(1), set(items), conditions)
+        run.end()
+        return
+
     agents[1].close()
     run.want(run.tiltfeed("resume")[0] == 0, "not resumed")
     run.until("not done", lambda: run.show(job, "state") == "done")
     run.until("the end is not seen", lambda: first.now["execution"] == "PROGRAM_COMPLETED" and first.now["parts"] == "1")
-    run.want(first.now["motion"] == "NORMAL" and first.now["X_position"] == "UNAVAILABLE", f"{first.now}")
+    run.want(first.now["motion"] == "NORMAL" and {first.now[key] for key in ("X_position", "feedrate", "S_speed")} == {"UNAVAILABLE"}, f"{first.now}")
     turns = first.values("execution")
     run.want(turns[:1] == ["READY"] or turns[:2] == ["UNAVAILABLE", "READY"], f"{turns}")
     run.want([turn for turn in turns if turn in ("FEED_HOLD", "PROGRAM_COMPLETED")] == ["FEED_HOLD", "PROGRAM_COMPLETED"], f"{turns}")
