@@ -79,6 +79,8 @@ const std::vector<Desk::Route>& Desk::routes() {
       {"GET", "/api/v1/cut/page", &Desk::cut_page},
       {"GET", "/api/v1/cut/report", &Desk::cut_report},
       {"GET", "/api/v1/shop", &Desk::shop},
+      {"GET", "/api/v1/metrics", &Desk::metrics},
+      {"GET", kMetrics, &Desk::metrics},
       {"POST", "/api/v1/shop/release", &Desk::release_job, kSmallBody},
       {"POST", "/api/v1/shop/withdraw", &Desk::withdraw_job, kSmallBody},
       {"POST", "/api/v1/shop/raise", &Desk::raise_shop, kSmallBody},
@@ -104,7 +106,8 @@ Desk::Desk(const DeskOptions& options, Teller tell, std::function<void(std::uint
               const std::string browser = "browser " + std::to_string(number);
               return session && !session->user.empty() ? session->user + ", " + browser : browser;
             }}),
-      shop_({options.shop, options.tiltfeed, options.folder}, tell_, finish_) {}
+      shop_({options.shop, options.tiltfeed, options.folder}, tell_, finish_),
+      metrics_({options.config, options.tiltfeed}, finish_) {}
 
 void Desk::set_port(std::uint16_t port) {
   port_ = port;
@@ -247,6 +250,8 @@ Reply Desk::set_unit(const Request& request) {
   return text_reply(part_.describe(), 202);
 }
 
+Reply Desk::metrics(const Request& request) { return metrics_.ask(request.ticket); }
+
 Reply Desk::mesh(const Request&) { return part_.mesh(); }
 
 Reply Desk::edges(const Request&) { return part_.edges(); }
@@ -328,7 +333,7 @@ Reply Desk::report(const Request&) { return plan_.report(); }
 std::vector<int> Desk::descriptors() const {
   std::vector<int> all;
   for (const int fd : {part_.descriptor(), plan_.descriptor(), cut_.descriptor(), suggest_.descriptor(),
-                       reach_.descriptor(), machine_.descriptor()})
+                       reach_.descriptor(), machine_.descriptor(), metrics_.descriptor()})
     if (fd >= 0) all.push_back(fd);
   for (const int fd : run_.descriptors()) all.push_back(fd);
   for (const int fd : shop_.descriptors()) all.push_back(fd);
@@ -349,6 +354,8 @@ void Desk::hear(int descriptor) {
     reach_.hear();
   else if (descriptor == machine_.descriptor())
     machine_.hear();
+  else if (descriptor == metrics_.descriptor())
+    metrics_.hear();
   else if (descriptor == passwords_.descriptor())
     passwords_.hear(std::chrono::steady_clock::now());
   else if (!shop_.hear(descriptor, std::chrono::steady_clock::now()))

@@ -10,6 +10,7 @@
 #include "desk/api/cut_work.h"
 #include "desk/api/job_work.h"
 #include "desk/api/machine_work.h"
+#include "desk/api/metrics_work.h"
 #include "desk/api/part_work.h"
 #include "desk/api/plan_work.h"
 #include "desk/api/reach_work.h"
@@ -38,6 +39,7 @@ struct DeskOptions {
   std::string users = {};
   std::string tokens = {};  ///< file of programs' tokens; empty: none
   std::string shop = {};    ///< address of the shop's queue; empty: this desk shows no shop
+  std::string config = {};  ///< the service's file; empty: not known
 };
 
 class Desk {
@@ -77,6 +79,7 @@ class Desk {
   Reply sign_out(const Request& request);
   Reply session(const Request& request);
   Reply state(const Request& request);
+  Reply metrics(const Request& request);
   Reply events(const Request& request);
   Reply put_part(const Request& request);
   Reply set_unit(const Request& request);
@@ -145,6 +148,7 @@ class Desk {
   std::string part_folder_;  ///< of the part that was named at the start; empty: it came otherwise
   RunApi run_;
   ShopWork shop_;
+  MetricsWork metrics_;
 };
 
 }  // namespace tiltfeed::desk

@@ -112,6 +112,7 @@ struct Beside {
   bool by_file = false;  // named by the service's file, as a unit does
   std::string queue;     // of that file
   std::string shop;      // the queue that is shown; empty: none
+  std::string file;      // the service's; empty: not known
 };
 
 /// The queue that --shop shows.
@@ -161,7 +162,7 @@ int run_desk(const std::string& open, const config::DeskAccess& access, const Be
   HttpServer* teller = nullptr;
   Desk desk(
       {*self, *planner, *maker, folder->path(), config::version(), beside.service, beside.machine,
-       access.names, access.is_https(), access.users, access.tokens, beside.shop},
+       access.names, access.is_https(), access.users, access.tokens, beside.shop, beside.file},
       [&](const std::string& event, const std::string& data) {
         if (teller) teller->tell(event, data);
       },
@@ -284,7 +285,7 @@ int run(int argc, char** argv) {
              "a page of all machines and jobs of the shop's queue, postgresql://USER@HOST/DATABASE; where "
              "no address follows: `queue` of --access, else of --beside, else $TILTFEED_SHOP")
           ->expected(0, 1);
-  Beside beside{usual_service(), "", false, "", ""};
+  Beside beside{usual_service(), "", false, "", "", ""};
   app.add_option("--service", beside.service,
                  "socket of tiltfeed serve, for the machine (default: $TILTFEED_SOCKET, else "
                  "/run/tiltfeed/api.sock, where it is there)");
@@ -321,7 +322,7 @@ int run(int argc, char** argv) {
   if (!service_file.empty()) {
     const Result<config::ServiceConfig> service = config::load_service_config(service_file);
     if (!service) return complain(service.error());
-    beside = {service->socket, service->machine.path, true, service->queue.url, ""};
+    beside = {service->socket, service->machine.path, true, service->queue.url, "", service_file};
   }
   if (shop->count() > 0) {
     const Result<std::string> queue = shop_queue(shop_url, access, beside);

@@ -45,7 +45,7 @@ std::optional<Reply> refused(const Request& request, const AccessRules& rules, c
     return refusal(405, "expected GET, HEAD, POST, PUT or DELETE");
   if (!request.transfer_encoding.empty())
     return refusal(411, "a body needs its length: send Content-Length, not chunks");
-  if (request.path.rfind(kApi, 0) != 0) {
+  if (request.path.rfind(kApi, 0) != 0 && request.path != kMetrics) {
     if (change) return refusal(405, "only what is under /api/ takes changes");
     return std::nullopt;
   }

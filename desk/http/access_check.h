@@ -23,6 +23,8 @@ struct Sender {
 };
 
 inline constexpr char kApi[] = "/api/";
+/// Where Prometheus looks; it needs a token as the API does.
+inline constexpr char kMetrics[] = "/metrics";
 inline constexpr char kSignIn[] = "/api/v1/session";
 inline constexpr char kJson[] = "application/json", kOctets[] = "application/octet-stream";
 

@@ -48,6 +48,16 @@ TEST(AccessCheck, takes_what_the_page_sends) {
   EXPECT_EQ(status(look("/api/v1/state"), kSignedIn), 200);
 }
 
+TEST(AccessCheck, figures_need_who_is_signed_in_or_a_token) {
+  Sender program;
+  program.program = true;
+  for (const char* const path : {"/metrics", "/api/v1/metrics"}) {
+    EXPECT_EQ(status(look(path), {}), 401) << path;
+    EXPECT_EQ(status(look(path), kSignedIn), 200) << path;
+    EXPECT_EQ(status(look(path), program), 200) << path;
+  }
+}
+
 /// One thing is changed in a request that would pass; each has to be refused.
 TEST(AccessCheck, refuses_each_fault_by_itself) {
   struct Case {

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""Debian's Prometheus scrapes what `tiltfeed metrics` says of a service with a run on a simulated machine: the figures that it
-stores are those of `tiltfeed list`; a hold and the death of the service are seen; the rules that come along are loaded and
+"""Debian's Prometheus scrapes what the desk says at /metrics of a service with a run on a simulated machine (without a desk:
+what `tiltfeed metrics` says): the figures that it stores are those of `tiltfeed list`; a hold and the death of the service are seen; the rules that come along are loaded and
 raise their alarm. promtool finds figures and rules in order, and passes the tests of the rules.
 
 prometheus_test.py BIN_FOLDER WORK_FOLDER TOOLS_FOLDER
@@ -63,12 +63,31 @@ class Exporter(http.server.ThreadingHTTPServer):
         threading.Thread(target=self.serve_forever, daemon=True).start()
 
 
+class DeskExporter:
+    """The desk beside the service, and a token that watches."""
+
+    def __init__(self, run):
+        from desk_client import Desk
+        added = [f"{run.bin}/tiltfeed", "desk", "token", "add", "prometheus", "--scope", "watch", "--tokens", f"{run.work}/tokens"]
+        self.token = subprocess.run(added, capture_output=True, text=True, check=True).stdout.strip()
+        run.write("desk.yaml", "listen: 127.0.0.1:0\ntokens: tokens\n")
+        desk = Desk(run.bin, "--beside", f"{run.work}/service.yaml", "--access", f"{run.work}/desk.yaml")
+        run.processes.append(desk.process)
+        self.server_port = desk.port
+        for token, wanted in (("0" * 64, 401), (self.token, 200)):
+            status, headers, body = desk.ask("GET", "/metrics", Authorization=f"Bearer {token}", Origin=None)
+            run.want(status == wanted, f"a token is answered {status}: {body}")
+        run.want(headers["Content-Type"].startswith("text/plain; version=0.0.4"), headers)
+        run.want(desk.ask("GET", "/metrics", Origin=None)[0] == 401, "figures for who is not known")
+
+
 class Prometheus:
     def __init__(self, run, folder, exporter):
+        token = getattr(exporter, "token", None)
         with open(f"{run.work}/prometheus.yaml", "w", encoding="utf-8") as out:
             json.dump({"global": {"scrape_interval": "500ms", "scrape_timeout": "500ms", "evaluation_interval": "500ms"},
                        "rule_files": [f"{RULES}.yaml"],
-                       "scrape_configs": [{"job_name": "tiltfeed", "scrape_timeout": "500ms",
+                       "scrape_configs": [{"job_name": "tiltfeed", "scrape_timeout": "500ms", **({"authorization": {"credentials": token}} if token else {}),
                                            "static_configs": [{"targets": [f"127.0.0.1:{exporter.server_port}"]}]}]}, out)
         self.run = run
         # Port 0 cannot be asked for here: Prometheus does not say which one it got.
@@ -112,8 +131,10 @@ def main():
 
     write_feeds(f"{run.work}/program.nc", [(0.01 * (i % 1000), 0, 50, 0, 0) for i in range(LONG)], 600)
     run.configure(f"modbus-tcp:{run.simulate('--modbus-tcp', '127.0.0.1:0', '--trace', f'{run.work}/trace.csv')}")
+    # Nobody is there; what is told of plans is told all the same.
+    run.write("service.yaml", run.text("service.yaml") + f"queue: postgresql://nobody@/none?host={run.work}\n")
     run.serve_ready()
-    prometheus = Prometheus(run, folder, Exporter(run))
+    prometheus = Prometheus(run, folder, (DeskExporter if os.path.exists(f"{run.bin}/tiltfeed-desk") else Exporter)(run))
     run.until("no scrape", lambda: prometheus.value("tiltfeed_up") == 1)
     run.want(prometheus.value("tiltfeed_run_blocks") is None, "figures of a run where none is")
 
@@ -125,6 +146,8 @@ def main():
 
     run.want(run.tiltfeed("hold")[0] == 0, "not held")
     run.until("the hold is not seen", lambda: prometheus.value('tiltfeed_run_phase{phase="hold"}') == 1)
+    run.until("its answer's time is not seen", lambda: prometheus.value("tiltfeed_run_slowest_hold_seconds") is not None)
+    run.want(prometheus.value('tiltfeed_plans_for_others_ended_total{outcome="done"}') == 0, "plans for nobody")
     waits = lambda alert: prometheus.value(f'ALERTS{{alertname="{alert}"}}') == 1
     run.until("no alarm of the hold is on its way", lambda: waits("TiltfeedHeld"))
     run.want(not waits("TiltfeedServiceDown"), "an alarm of a service that answers")
