@@ -45,6 +45,12 @@ if(TILTFEED_DESK)
 endif()
 
 install(FILES README.md GLOSSARY.md config/package/copyright DESTINATION ${CMAKE_INSTALL_DOCDIR})
+# What who sets a machine up needs, under the names that README.md links to.
+foreach(page config/README.md daemon/doctor/README.md daemon/metrics/README.md daemon/mtconnect/README.md daemon/service/README.md
+             daemon/service/API.md daemon/shop/README.md daemon/wire/MODBUS.md desk/README.md desk/API.md desk/webhooks/README.md)
+  get_filename_component(folder ${page} DIRECTORY)
+  install(FILES ${page} DESTINATION ${CMAKE_INSTALL_DOCDIR}/${folder})
+endforeach()
 # Manual pages and completion, by the programs themselves; changelogs.
 set(made_by tiltfeed tiltfeed-sim)
 if(TILTFEED_DESK)

@@ -35,6 +35,19 @@ for path in ./usr/bin/tiltfeed ./usr/bin/tiltfeed-sim ./usr/lib/systemd/system/t
 done
 grep -vE '^(drwxr-xr-x|-rwxr-xr-x|-rw-r--r--) root/root' "$work/contents" &&
   fail "who may write these?"
+# Pages that the units name, and that README.md links to for who sets a machine up.
+for page in $(dpkg-deb --fsys-tarfile "$first" | tar -xO --wildcards './usr/lib/systemd/system/*.service' |
+  sed -n 's/^Documentation=//p' | tr ' ' '\n' | sort -u); do
+  case $page in
+    file:*) path=${page#file:} ;;
+    man:*) path=$(sed -E 's|man:(.*)\(([1-8])\)|/usr/share/man/man\2/\1.\2.gz|' <<<"$page") ;;
+    *) fail "a unit names $page" ;;
+  esac
+  grep -q " \.$path\$" "$work/contents" || fail "a unit names $page, which is not in the package"
+done
+for page in daemon/service daemon/shop daemon/metrics daemon/mtconnect desk; do
+  grep -q " ./usr/share/doc/tiltfeed/$page/README.md\$" "$work/contents" || fail "$page/README.md is not in the package"
+done
 dpkg-deb --field "$first" Depends | grep -q libmodbus5 || fail "the libraries are no dependencies"
 # What it is made of: every library that the package depends on, the headers that are compiled in, the page's parts.
 dpkg-deb --fsys-tarfile "$first" | tar -xO ./usr/share/doc/tiltfeed/sbom.spdx.json >"$work/sbom.json"
@@ -75,6 +88,33 @@ fi
 dpkg-deb --ctrl-tarfile "$first" | tar -t | sort >"$work/control"
 for script in postinst prerm postrm; do
   grep -q "^./$script\$" "$work/control" || fail "$script is missing"
+done
+
+# An upgrade restarts services that say that they stand idle, and no other. Programs of ours stand for systemd's.
+dpkg-deb --ctrl-tarfile "$first" | tar -xO ./postinst | sed "s|/run/systemd/system|$work/fake|; s|/etc/tiltfeed|$work/fake/etc|" >"$work/postinst"
+mkdir -p "$work/fake"
+declare -A says=([idle]='{"at_work": false, "jobs": [{"state": "done"}]}' [busy]='{"at_work": true, "jobs": [{"state": "running"}]}'
+  [moving]='{"at_work": true, "jobs": []}' [silent]='' [old]='{"jobs": [{"state": "done"}]}' [oldbusy]='{"jobs": [{"state": "planning"}]}')
+for name in "${!says[@]}"; do echo "${says[$name]}" >"$work/fake/$name.says"; done
+cat >"$work/fake/systemctl" <<END
+#!/bin/sh
+[ "\$1" != list-units ] || for name in ${!says[*]}; do echo "tiltfeed@\$name.service loaded active running"; done
+[ "\$1" != restart ] || echo "\$2" >>"$work/fake/restarted"
+END
+cat >"$work/fake/tiltfeed" <<END
+#!/bin/sh
+name=\${4#/run/tiltfeed/}
+[ "\$*" = "list --json --socket /run/tiltfeed/\${name%/*}/api.sock" ] || exit 2
+[ "\${name%/*}" != silent ] || exit 1
+cat "$work/fake/\${name%/*}.says"
+END
+ln -s /bin/true "$work/fake/systemd-sysusers"
+chmod +x "$work/fake/systemctl" "$work/fake/tiltfeed"
+PATH=$work/fake:$PATH sh "$work/postinst" configure 0.0.1 2>"$work/left"
+[[ $(sort "$work/fake/restarted" | tr '\n' ' ') == "tiltfeed@idle.service tiltfeed@old.service " ]] ||
+  fail "an upgrade restarts $(cat "$work/fake/restarted")"
+for name in busy moving silent oldbusy; do
+  grep -q "tiltfeed@$name.service .*left alone" "$work/left" || fail "an upgrade does not say that $name was left alone"
 done
 
 # From the unpacked package alone: the part by formula, the example job, a program that is proven.
