@@ -3,7 +3,7 @@
 plan: what comes is byte for byte what it would have made itself, for its own measured pivots. What is another version's,
 damaged, or no proven program is not taken. Planners, services and the database are killed. Nothing begins by itself.
 
-shop_plans_test.py BIN_FOLDER WORK_FOLDER [--measure JOBS]
+shop_plans_test.py BIN_FOLDER WORK_FOLDER [--measure JOBS JOB_FILE [--at-work]]
 """
 
 import filecmp
@@ -51,13 +51,13 @@ def write_job(run, name, side_step):
 class Planner(Machine):
     """A machine with measured pivots of its own."""
 
-    def __init__(self, run, number, url, helps=True):
+    def __init__(self, run, number, url, helps=True, core=None):
         self.profile = f"{run.work}/pivots{number}.yaml"
         with open(PROFILE, encoding="utf-8") as file:
             text = file.read()
         with open(self.profile, "w", encoding="utf-8") as out:
             out.write(text.replace("name: generic-ac ", f"name: machine {number} ").replace("pivot_to_gauge_mm: [0, 0, -150]", f"pivot_to_gauge_mm: [0.0{number}, 0, -150.0{number}]"))
-        self.helps = helps
+        self.helps, self.core = helps, core
         super().__init__(run, number, url)
 
     def serve(self):
@@ -66,7 +66,11 @@ class Planner(Machine):
         with open(f"{self.folder}/service.yaml", "w", encoding="ascii") as out:
             out.write(text.replace(PROFILE, self.profile).replace("queue_ahead: 3\n", "queue_ahead: 20\n") +
                       ("" if "plan_for_others" in text else f"plan_for_others: {'true' if self.helps else 'false'}\n"))
+        before = os.sched_getaffinity(0)
+        if self.core is not None:
+            os.sched_setaffinity(0, {self.core})  # what is started has it, too
         super().serve()
+        os.sched_setaffinity(0, before)
         self.run.until(f"service {self.number} does not answer", lambda: self.ask(op="list"))
 
     def submit(self, path):
@@ -190,6 +194,14 @@ def test_spread(run, shop):
     with open(f"{run.work}/other.nc", "rb") as file:
         run.want(file.read() != own, "the pivots make no difference: this shows nothing")
     run.want(seen and {(who, by) for _, who, by in seen} <= {("machine 1", "machine 2"), ("machine 1", "machine 3")}, seen)
+    def figures(machine):
+        said = run.call("metrics", "--config", f"{machine.folder}/service.yaml")[1]
+        return {name: float(value) for name, value in (line.rsplit(" ", 1) for line in said.splitlines() if not line.startswith("#"))}
+
+    north_said, helped = figures(north), [figures(helper) for helper in shop.helpers]
+    ended = {word: north_said[f'tiltfeed_plans_asked_ended_total{{outcome="{word}"}}'] for word in ("accepted", "refused", "not taken")}
+    run.want(ended == {"accepted": 1, "refused": 3, "not taken": 0}, ended)
+    run.want(sum(one['tiltfeed_plans_for_others_ended_total{outcome="done"}'] for one in helped) == 4, helped)
     log = run.text("serve1.log")
     run.want("planned by version another" in log and "SHA-256" in log and "is not taken: tiltfeed-sim prove: program.nc:" in log, "the reasons are not told")
     run.until("what was taken stays", lambda: not shop.plans())
@@ -257,20 +269,30 @@ def test_kills(run, shop):
         run.want("running" not in states.values(), f"something has begun by itself: {states}")
 
 
-def measure(run, shop, count):
-    """Until all jobs are planned: by the idle ones with their asker at work, and by the asker alone."""
-    for helpers in (True, False):
-        for helper in shop.helpers:
-            if not helpers:
-                helper.kill()
-        if not helpers:
-            time.sleep(35)  # they count as heard for 30 s
+def measure(run, cluster, count, at_work, job):
+    """Until so many jobs are ready: planned by their machine alone on the first core, and with an idle one on the second."""
+    with open(job, encoding="utf-8") as file:
+        text = file.read()
+    stl = os.path.normpath(os.path.join(os.path.dirname(job), re.search(r"(?m)^  stl: (\S+)", text)[1]))
+    machines = [Planner(run, 1, cluster.url(), core=0)]
+    if at_work:
+        keep_at_work(run, machines[0])
+    for helpers in range(2):
+        if helpers:
+            machines.append(Planner(run, 2, cluster.url(), core=1))
+            time.sleep(15)  # it has told that it offers its processor
         begun = time.monotonic()
-        jobs = [shop.north.submit(write_job(run, f"m{helpers}{number}", 0.15 + 0.001 * number)) for number in range(count)]
-        run.until("not all are planned", lambda: all(shop.ready(job) for job in jobs), seconds=900)
-        notes = [shop.north.show(job)["note"] for job in jobs]
-        print(f"{count} jobs, {len(shop.helpers) if helpers else 0} idle services: {time.monotonic() - begun:.1f} s, "
-              f"{sum('proved here' in note for note in notes)} planned elsewhere")
+        jobs = []
+        for number in range(count):
+            other = re.sub(r"side_step_mm: ([\d.]+)", lambda found: f"side_step_mm: {float(found[1]) * (1 + 0.001 * (number + count * helpers)):.6f}", text)
+            run.write(f"m{helpers}{number}.yaml", re.sub(r"(?m)^machine: .*", f"machine: {PROFILE}", other.replace(re.search(r"(?m)^  stl: (\S+)", text)[1], stl)))
+            jobs.append(machines[0].submit(f"{run.work}/m{helpers}{number}.yaml"))
+        states = lambda: {machines[0].show(job)["state"] for job in jobs}
+        run.until("not all are planned", lambda: states() == {"ready"} or "failed" in states(), seconds=1800)
+        run.want(states() == {"ready"}, "a job cannot be planned")
+        notes = [machines[0].show(job)["note"] for job in jobs]
+        print(f"{count} jobs, {helpers} idle services beside one {'at work' if at_work else 'that is idle, too'}: {time.monotonic() - begun:.1f} s, "
+              f"{sum('proved here' in note for note in notes)} planned elsewhere", flush=True)
 
 
 def main():
@@ -284,12 +306,11 @@ def main():
     try:
         cluster.start()
         run.want(run.tiltfeed("shop", "init", "--shop", cluster.url())[0] == 0, "not made")
+        if "--measure" in sys.argv:
+            measure(run, cluster, int(sys.argv[4]), "--at-work" in sys.argv, os.path.abspath(sys.argv[5]))
+            return 0
         shop = Shop(run, cluster)
         keep_at_work(run, shop.north)
-        if "--measure" in sys.argv:
-            shop.helpers.append(Planner(run, 4, cluster.url()))
-            measure(run, shop, int(sys.argv[-1]))
-            return 0
         test_closed(run)
         test_spread(run, shop)
         test_kills(run, shop)
