@@ -28,6 +28,46 @@ std::string hex(char c) {
   return {'0', 'x', kHex[byte >> 4], kHex[byte & 15]};
 }
 
+constexpr const char* kOtherWords =
+    "' keeps its meaning with brackets and blanks alone, which no link sends: programs of such a control "
+    "(siemens, heidenhain) go to it as files, by its own ways; for this link plan or post with another "
+    "dialect "
+    "(program.dialect, post --dialect)";
+
+bool is_letter(char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); }
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+/// Where a name of two letters or more begins that a bracket at `open` belongs to: CYCLE800(, DC(. None:
+/// npos.
+std::size_t call_before(std::string_view raw, std::size_t open) {
+  std::size_t at = open;
+  while (at > 0 && is_digit(raw[at - 1])) --at;
+  const std::size_t end = at;
+  while (at > 0 && is_letter(raw[at - 1])) --at;
+  return end - at < 2 ? raw.npos : at;
+}
+
+std::string name_at_end(std::string_view text) {
+  std::size_t at = text.size();
+  while (at > 0 && is_letter(text[at - 1])) --at;
+  return std::string(text.substr(at));
+}
+
+std::string name_at_begin(std::string_view text) {
+  return std::string(text.substr(
+      0, static_cast<std::size_t>(std::find_if_not(text.begin(), text.end(), is_letter) - text.begin())));
+}
+
+/// A blank between `text`, which is sent, and what follows parts two names, or a name and a word. Messages to
+/// people (M117) and names in <> may lose their blanks.
+bool parts_names(std::string_view text, std::string_view rest) {
+  if (text.empty() || !is_letter(text.back())) return false;
+  const std::size_t first = text.front() == 'N' ? text.find_first_not_of("0123456789", 1) : 0;
+  if (first < text.size() && text[first] == 'M') return false;
+  if (text.rfind('<') != text.npos && text.find('>', text.rfind('<')) == text.npos) return false;
+  return name_at_end(text).size() > 1 || name_at_begin(rest).size() > 1;
+}
+
 /// Tenths of a code's number, so 281 is G28.1; -1 where it cannot be one.
 int tenths(double value) {
   return value >= 0.0 && value < kLargestCode ? static_cast<int>(value * 10.0 + 0.5) : -1;
@@ -124,6 +164,8 @@ Result<bool> LineReader::read_raw(std::string_view& raw) {
 }
 
 /// Drops comments, blanks and control characters, makes letters upper case.
+/// What this would take out of the words of a Sinumerik or a Heidenhain is an error: CYCLE800 without its
+/// brackets turns no plane.
 Result<void> LineReader::clean(std::string_view raw, std::string& text) {
   text.clear();
   std::size_t parted = raw.npos;  // by such a byte, after text
@@ -133,6 +175,9 @@ Result<void> LineReader::clean(std::string_view raw, std::string& text) {
     if (c > ' ' && c <= '}') {
       if (c == ';') break;
       if (c == '(') {
+        if (const std::size_t call = call_before(raw, i); call != raw.npos)
+          return bad_line("column " + std::to_string(call + 1) + ": '" +
+                          std::string(raw.substr(call, i + 1 - call)) + kOtherWords);
         const std::size_t close = raw.find(')', i);
         if (close == raw.npos) return bad_line("column " + std::to_string(i + 1) + ": comment without ')'");
         const std::string_view comment = raw.substr(i + 1, close - i - 1);
@@ -149,6 +194,10 @@ Result<void> LineReader::clean(std::string_view raw, std::string& text) {
       if (parted != raw.npos)
         return bad_line("column " + std::to_string(parted + 1) + ": byte " + hex(raw[parted]) +
                         " between two words ends a line elsewhere, but not here: put a line feed there");
+      const bool blank = i > 0 && raw[i - 1] == ' ';
+      if (blank && is_letter(c) && parts_names(text, raw.substr(i)))
+        return bad_line("column " + std::to_string(i + 1) + ": '" + name_at_end(text) + ' ' +
+                        name_at_begin(raw.substr(i)) + kOtherWords);
       text += c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
     } else if (is_live(c)) {
       return bad_line("column " + std::to_string(i + 1) + ": byte " + hex(c) +

@@ -34,7 +34,8 @@ class LineReader {
   /// Reads the next line to send into `line`; false at the end: the file's end, M2 or M30 (which is sent,
   /// what follows is not), or the second %. Errors: kIo, or kInput with path:line: a live byte (! ~ ? 0x18,
   /// 0x80 and above), $ or / outside a comment, an open comment, a line longer than kMaxLine, a byte between
-  /// two words that is a line's end elsewhere (VT, FF, FS, GS, RS).
+  /// two words that is a line's end elsewhere (VT, FF, FS, GS, RS), a name with brackets or one that only a
+  /// blank parts from the next (Sinumerik, Heidenhain).
   Result<bool> next(Line& line);
   /// The next line as it stands in the file, comments and all, without its end; false at the file's end. Its
   /// number is number(). For who reads comments: not mixed with `next`. Errors: kIo; kInput: too long.

@@ -58,6 +58,23 @@ std::string joined(const std::string& text) {
   return all;
 }
 
+/// Without their brackets and blanks these say another thing, and may have been sent so: CYCLE800 alone ends
+/// the plane that it was to begin.
+TEST(LineReader, RefusesWordsThatLoseTheirMeaningOnAWire) {
+  for (const char* line :
+       {"CYCLE800(0,\"\",0,27,0,0,0,30,0,0,0,0,0,1,0)", "G0 C=DC(10)", "FGROUP(X,Y,Z,A,C)", "G0 SUPA Z0 D0",
+        "ORIMKS ORIAXES", "0 BEGIN PGM A MM", "N180 PLANE SPATIAL SPA+0 SPB+0 SPC+0 STAY SEQ+ TABLE ROT*",
+        "13 TOOL CALL 3 Z", "12 L Z-1 R0 FMAX M91 DR MB"}) {
+    const std::string said = joined("G21\n" + std::string(line) + "\n");
+    EXPECT_NE(said.find(":2: column "), std::string::npos) << line << ": " << said;
+    EXPECT_NE(said.find("(siemens, heidenhain)"), std::string::npos) << said;
+  }
+  // Comments, messages, and names that are one with or without blanks.
+  EXPECT_EQ(joined("G1 X5(done)\nT3 M6(ball)\nM117 Hello World\nN5 M117 Hello World\nG28 X Y\n"
+                   "#<my value> = 3\nIF [#1 EQ 2] THEN #1 = 3\n"),
+            "1:G1X5 2:T3M6 3:M117HELLOWORLD 4:N5M117HELLOWORLD 5:G28XY 6:#<MYVALUE>=3 7:IF[#1EQ2]THEN#1=3 ");
+}
+
 TEST(Program, StripsWhatIsNotProgram) {
   EXPECT_EQ(joined("G1 X1.5 (comment ! ? ~ \x18 \x85) Y-2 ; tail ?!\r\n\n  \n(only)\n\tg0x0\n%\nG1X9\n"),
             "1:G1X1.5Y-2 5:G0X0 ");
