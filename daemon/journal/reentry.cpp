@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "daemon/journal/control_block.h"
+#include "daemon/journal/control_entry.h"
 #include "daemon/journal/in_force.h"
 #include "daemon/program/block_cursor.h"
 #include "daemon/program/line_reader.h"
@@ -279,10 +281,22 @@ Result<void> check_placed(const InForce& before, const MachineModel& machine, st
                                 ": enter at a later block, or start the job instead");
 }
 
+/// The lines behind the head as they stand in the file.
+Result<void> write_rest(LineReader& whole, std::uint64_t line, std::ostream& out) {
+  for (std::string_view raw;;) {
+    const Result<bool> more = whole.read_raw(raw);
+    if (!more) return tl::unexpected<Error>(more.error());
+    if (!*more) return {};
+    if (whole.number() > line) out << raw << '\n';
+  }
+}
+
 }  // namespace
 
 Result<Reentry> plan_reentry(const std::string& program, LinkKind kind, const config::MachineProfile& machine,
                              const ReentryOptions& options) {
+  if (kind == LinkKind::kDrip && in_control_words(machine))
+    return plan_control_entry(program, machine, options);
   if (options.from < 2) return fail(Code::kUsage, "block 1 needs no re-entry: start the job instead");
   Result<Survey> found = survey(program, kind, machine.model, options.from);
   if (!found) return tl::unexpected<Error>(found.error());
@@ -346,7 +360,7 @@ Result<Reentry> plan_reentry(const std::string& program, LinkKind kind, const co
   steps.preview += "then block " + std::to_string(options.from) + ", line " + std::to_string(found->line) +
                    ": " + found->first + "\n";
   steps.line(found->first + remarks->first);
-  return Reentry{std::move(steps.program), std::move(steps.preview), found->line};
+  return Reentry{std::move(steps.program), std::move(steps.preview), found->line, false};
 }
 
 Result<void> write_reentry(const std::string& program, const Reentry& entry, std::ostream& out) {
@@ -354,6 +368,7 @@ Result<void> write_reentry(const std::string& program, const Reentry& entry, std
   if (!lines) return tl::unexpected<Error>(lines.error());
   if (!whole) return tl::unexpected<Error>(whole.error());
   out << entry.head;
+  if (entry.as_it_stands) return write_rest(*whole, entry.line, out);
   Line line;
   std::string_view raw;
   for (;;) {

@@ -55,7 +55,9 @@ class Unposter {
     return on_line(from.words, to.words, share);
   }
   /// Of words that are said as those of `block`.
-  Pose pose(const Joints& words, const TextBlock& block) const;
+  Pose pose(const Joints& words, const TextBlock& block) const {
+    return commanded_pose(machine_.model, setup_, planes_, block, words);
+  }
   std::optional<std::string> beyond(const TextBlock& block) const;
   bool turns_before(std::size_t path) const;
   std::size_t behind_start() const;
@@ -77,16 +79,6 @@ class Unposter {
   int plane_ = 17;
   AptOperation out_;
 };
-
-Pose Unposter::pose(const Joints& words, const TextBlock& block) const {
-  if (block.plane != 0) {
-    const TextPlane& plane = planes_[block.plane - 1];
-    const Rotation frame = plane.frame ? *plane.frame : spindle_frame(machine_.model, words.a, words.c);
-    const Vec3 tip = plane.origin + frame * Vec3{words.x, words.y, words.z};
-    return pose_under_tcp(machine_.model, setup_, {tip.x, tip.y, tip.z, words.a, words.c});
-  }
-  return block.tcp ? pose_under_tcp(machine_.model, setup_, words) : forward(machine_.model, setup_, words);
-}
 
 void Unposter::put(const Pose& pose, const TextBlock& block) {
   out_.path.moves.push_back({pose, block.rapid ? MoveKind::kRapid : MoveKind::kCut, kNoFacet});
@@ -252,6 +244,17 @@ Result<AptOperation> Unposter::run(std::size_t points) {
 }
 
 }  // namespace
+
+Pose commanded_pose(const MachineModel& machine, const Setup& setup, const std::vector<TextPlane>& planes,
+                    const TextBlock& block, const Joints& words) {
+  if (block.plane != 0) {
+    const TextPlane& plane = planes[block.plane - 1];
+    const Rotation frame = plane.frame ? *plane.frame : spindle_frame(machine, words.a, words.c);
+    const Vec3 tip = plane.origin + frame * Vec3{words.x, words.y, words.z};
+    return pose_under_tcp(machine, setup, {tip.x, tip.y, tip.z, words.a, words.c});
+  }
+  return block.tcp ? pose_under_tcp(machine, setup, words) : forward(machine, setup, words);
+}
 
 Rotation fixture_of(Vec3 degrees) {
   const auto turn = [](Vec3 axis, double angle) {

@@ -2,6 +2,7 @@
 // The tool path that a program really makes: its blocks as the control interpolates them, on this machine.
 
 #include <optional>
+#include <vector>
 
 #include "config/machine_profile.h"
 #include "daemon/post/nc_reader.h"
@@ -17,6 +18,10 @@ struct UnpostOptions {
   std::optional<double> tool_length;
   std::optional<Vec3> part_zero, fixture_deg;
 };
+
+/// The pose that `words`, said as those of `block`, command: under TCP, in its plane, or of the slides.
+Pose commanded_pose(const MachineModel& machine, const Setup& setup, const std::vector<TextPlane>& planes,
+                    const TextBlock& block, const Joints& words);
 
 /// Rz Ry Rx of angles in degrees about the table's x, y, z, as in a job file; multiples of 90 are exact.
 Rotation fixture_of(Vec3 degrees);
