@@ -35,10 +35,12 @@ class Attempts {
   Result<void> attempt(const Variant& variant, const char* said);
   std::optional<Variant> other_tilt() const;
   Variant chosen() const;
+  /// No rotary turns back with the tool taken off: there the ways are made with the joints.
   bool may_change() const;
   std::vector<int> sides() const;
   std::string why(const Result<void>& failed) const;
   Result<void> try_links(std::optional<Variant> next);
+  std::optional<Variant> turning_at_retract(const std::vector<std::vector<std::size_t>>& turns);
   std::optional<Variant> other_links();
   std::optional<Variant> other_links(const std::vector<PlaceOf>& places, bool all);
   std::string what_was_tried() const;
@@ -48,6 +50,7 @@ class Attempts {
   const PlanListener& told_;
   std::size_t attempts_ = 0;
   std::string turned_, linked_;  ///< why these did not serve; empty: they were not tried
+  bool turns_stay_ = false;      ///< the tool is taken off to turn a rotary, and there is no retract for that
   bool links_tried_ = false, swings_tried_ = false, retract_tried_ = false;
   std::vector<PlaceOf> changed_;  ///< by the last of other_links()
   bool no_joints_ = false;        ///< with them
@@ -85,7 +88,6 @@ std::optional<Variant> Attempts::other_tilt() const {
   return leans ? std::optional(other) : std::nullopt;
 }
 
-/// Where the tool is taken off to turn a rotary, the ways are made with the joints.
 bool Attempts::may_change() const {
   return std::none_of(operations_.begin(), operations_.end(),
                       [](const auto& one) { return one->joints().report.reconfigurations > 0; });
@@ -134,7 +136,7 @@ std::optional<Variant> Attempts::other_links(const std::vector<PlaceOf>& places,
     }
     // A link has another way with the tilt on its other side.
     if (!next_swing(plan, swings, at.link)) return std::nullopt;
-    if (!at.swing) links[at.link] = 0;
+    if (!at.swing) links[at.link] = plan.least_choice(at.link);
   }
   const std::size_t operation = places.front().operation;
   std::vector<std::size_t>& choices = next.choices[operation];
@@ -167,6 +169,7 @@ std::optional<Variant> Attempts::other_links() {
   const std::size_t operation = found.front().operation;
   std::vector<PlaceOf> places;
   for (const CollisionFound& place : found) {
+    if (place.operation != operation) continue;
     const auto link = operations_[operation]->link_at(place.words, place.rapid);
     if (!link) {
       cut_ = "line " + std::to_string(place.line) + ": " + place.bodies;
@@ -197,6 +200,17 @@ Result<void> Attempts::try_links(std::optional<Variant> next) {
   return done;
 }
 
+/// Where the tool is taken off to turn a rotary, it goes to the machine's retract. `turns`: of each
+/// operation, behind which moves.
+std::optional<Variant> Attempts::turning_at_retract(const std::vector<std::vector<std::size_t>>& turns) {
+  for (std::size_t i = 0; i < operations_.size(); ++i)
+    if (!turns[i].empty() && !operations_[i]->turn_at_retract(turns[i])) {
+      turns_stay_ = true;
+      return std::nullopt;
+    }
+  return chosen();
+}
+
 std::string Attempts::what_was_tried() const {
   std::string text;
   const auto add = [&](const std::string& what) { text += (text.empty() ? "; tried, too: " : "; ") + what; };
@@ -212,6 +226,9 @@ std::string Attempts::what_was_tried() const {
     add("swings at the retract with the axes in another order, the other way round and with the tilt on its "
         "other side");
   if (!linked_.empty()) text += " (at last: " + linked_ + ")";
+  if (turns_stay_)
+    add("nothing else: the tool is taken off to turn a rotary (K11), which cannot be at the retract, as the "
+        "profile states none or the control's table turns home under TCP first");
   if (!cut_.empty()) text += "; no other rapid between cuts helps at " + cut_;
   return text;
 }
@@ -220,10 +237,14 @@ Result<void> Attempts::run(std::optional<Avoidance>& avoidance) {
   const Result<void> first = calls_.once();
   const ProofProcess* const prover = calls_.prover();
   const std::string collision = first || prover == nullptr ? "" : prover->collision();
-  if (first || collision.empty() || !may_change()) return first;
+  if (first || collision.empty()) return first;
   const std::vector<int> before = sides();
   const auto over = other_tilt();
-  const auto links = other_links();
+  const bool turns_back = !may_change();
+  const Variant planned = chosen();
+  std::vector<std::vector<std::size_t>> turns;
+  for (const auto& one : operations_) turns.push_back(one->turns_back());
+  auto links = other_links();  // none where a rotary turns back
   Result<void> done = first;
   const auto settled = [&] { return done || done.error().code == Code::kCancelled; };
   bool turned = false;
@@ -238,6 +259,12 @@ Result<void> Attempts::run(std::optional<Avoidance>& avoidance) {
   }
   if (!settled() && links) done = try_links(links), turned = false;
   if (!settled() && links_over) done = try_links(links_over), turned = true;
+  // The last, as it puts links into the paths.
+  if (!settled() && turns_back) {
+    for (std::size_t i = 0; i < operations_.size(); ++i) operations_[i]->prefer_tilt(planned.tilts[i]);
+    links = turning_at_retract(turns);
+    if (links) done = try_links(links), turned = false;
+  }
   if (!done && done.error().code == Code::kCancelled) return done;
   if (!done) return fail(first.error().code, first.error().message + what_was_tried());
   avoidance = Avoidance{collision, turned, {}, {}, attempts_};

@@ -1,17 +1,12 @@
 #include "daemon/plan/operation_plan.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdlib>
-#include <limits>
-#include <string_view>
 #include <utility>
 
 #include "config/blank_of_job.h"
 #include "config/fixture_meshes.h"
 #include "config/part_faces.h"
-#include "config/table_home.h"
 #include "daemon/plan/moves_at_speeds.h"
 #include "daemon/post/end_ways.h"
 #include "daemon/post/near_singularity.h"
@@ -26,9 +21,6 @@
 
 namespace tiltfeed::daemon {
 namespace {
-
-/// Words further beside a move than this are not of it: under TCP blocks are joined. mm and degrees.
-constexpr double kOffItsMove = 2.0;
 
 /// Also gives the program's words the decimals that the tolerance needs.
 JointPathOptions joint_options(config::Job& job, const pathgen::Mesh& part) {
@@ -159,116 +151,6 @@ Result<void> OperationPlan::find_joints() {
   return {};
 }
 
-void OperationPlan::take_links() {
-  if (!base_ || longer_ == 0.0) return;
-  planned_.path = *base_;
-  planned_.report.rapid_length -= std::exchange(longer_, 0.0);
-}
-
-void OperationPlan::put_links() {
-  limited_.reset();
-  begins_.clear();
-  if (!base_) {
-    base_ = planned_.path;
-    links_.assign(link_ways(*base_).size(), 0);
-    swings_ = links_;
-  }
-  if (std::all_of(links_.begin(), links_.end(), [](std::size_t choice) { return choice == 0; })) return;
-  stretched_ = with_links(*base_, links_, &begins_);
-  // The CL file has no retract: there the link is as it was planned.
-  std::vector<std::size_t> of_cl = links_;
-  for (std::size_t& choice : of_cl)
-    if (kLinkChoices[choice].at_retract) choice = 0;
-  planned_.path = with_links(*base_, of_cl);
-  longer_ = rapid_length(planned_.path) - rapid_length(*base_);
-  planned_.report.rapid_length += longer_;
-}
-
-bool OperationPlan::link_differs(std::size_t link, std::size_t choice) const {
-  if (!differs(*base_, link, choice)) return false;
-  if (!kLinkChoices[choice].at_retract) return true;
-  const config::ProgramFormat& format = job_.machine.format;
-  // Such a control's table would turn to its place under TCP again.
-  const bool turns_home = format.tcp && config::begins_at_home(format.dialect) &&
-                          !config::table_turns(job_.machine.model).empty();
-  if (format.retract == "none" || turns_home) return false;
-  // Between two planes there is one already.
-  const LinkWay way = link_ways(*base_)[link];
-  return !in_planes() || base_->moves[way.first - 1].pose.axis == base_->moves[way.last - 1].pose.axis;
-}
-
-bool OperationPlan::swing_differs(std::size_t link, std::size_t choice) const {
-  for (std::size_t i = 1; i < stretches_.size(); ++i)
-    if (stretches_[i].link == link)
-      return differs(job_.machine.model, job_.setup, joints_.moves[runs_[i - 1].last - 1].joints,
-                     stretches_[i].usual, choice);
-  return false;
-}
-
-/// A limit that stands at a link's move ("move 12, ..."): the way is chosen anew, or the program refused.
-/// `first_link`: that of the path's beginning.
-void OperationPlan::note_limit(const Error& error, const ToolPath& path, std::size_t first_link) {
-  constexpr std::string_view kMove = "move ";
-  if (error.code != Code::kLimit || !error.message.starts_with(kMove)) return;
-  const std::size_t move = std::strtoull(error.message.c_str() + kMove.size(), nullptr, 10);
-  const std::vector<LinkWay> ways = link_ways(path);
-  for (std::size_t i = 0; i < ways.size(); ++i)
-    if (ways[i].has(move)) limited_ = first_link + i;
-}
-
-std::optional<LinkPlace> OperationPlan::link_at(const Joints& words, bool rapid) const {
-  const std::vector<JointMove>& moves = joints_.moves;
-  const std::vector<LinkWay> ways = link_ways(block_path());
-  const Joints up{0, 0, job_.machine.model.z.max, 0, 0};
-  // How far beside a move they are, mm and degrees; whole turns are none.
-  const auto off = [&](const Joints& p, const Joints& q) {
-    const auto turned = [](double word, double from, double to) {
-      const double turns = std::max(360.0, std::abs(to - from));
-      return std::remainder(word - 0.5 * (from + to), turns) + 0.5 * (to - from);
-    };
-    const std::array<double, 5> way{q.x - p.x, q.y - p.y, q.z - p.z, q.a - p.a, q.c - p.c},
-        at{words.x - p.x, words.y - p.y, words.z - p.z, turned(words.a, p.a, q.a), turned(words.c, p.c, q.c)};
-    double square = 0.0, along = 0.0, least = 0.0;
-    for (std::size_t i = 0; i < way.size(); ++i) square += way[i] * way[i], along += way[i] * at[i];
-    const double share = square > 0.0 ? std::clamp(along / square, 0.0, 1.0) : 0.0;
-    for (std::size_t i = 0; i < way.size(); ++i) least = std::max(least, std::abs(at[i] - share * way[i]));
-    return least;
-  };
-  const auto raised = [&](Joints at) { return at.z = up.z, at; };
-  std::size_t best = 0;  // of the moves
-  double least = off(raised(moves.front().joints), moves.front().joints);
-  const auto take = [&](std::size_t move, double apart) {
-    if (apart < least) least = apart, best = move;
-  };
-  take(moves.size(), off(moves.back().joints, raised(moves.back().joints)));
-  for (std::size_t i = 1; i < moves.size(); ++i)
-    if ((moves[i].kind == MoveKind::kRapid) == rapid) take(i, off(moves[i - 1].joints, moves[i].joints));
-  if (least > kOffItsMove) return std::nullopt;
-  if (best == 0) return LinkPlace{};
-  if (best == moves.size()) return LinkPlace{ways.size() - 1};
-  const Joints &from = moves[best - 1].joints, &to = moves[best].joints;
-  const bool in_run = std::any_of(runs_.begin(), runs_.end(),
-                                  [&](const AxisRun& run) { return best >= run.first && best < run.last; });
-  // Up to the retract the tool goes where the stretch has ended.
-  const bool swings = !runs_.empty() && !in_run && raised(from) != raised(to);
-  for (std::size_t i = 0; i < ways.size(); ++i)
-    if (ways[i].has(moves[best].move)) return LinkPlace{i, swings};
-  return std::nullopt;
-}
-
-std::size_t OperationPlan::link_near(Point<Part> tip) const {
-  const std::vector<Move>& moves = block_path().moves;
-  const std::vector<LinkWay> ways = link_ways(block_path());
-  std::size_t best = 0;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < ways.size(); ++i)
-    for (std::size_t k = std::max<std::size_t>(ways[i].first, 1); k < ways[i].last; ++k) {
-      const double apart = distance_to_segment(tip, moves[k - 1].pose.tip, moves[k].pose.tip);
-      if (apart < least) least = apart, best = i;
-    }
-  return best;
-}
-
 Result<JointPath> OperationPlan::joints_of(const ToolPath& path, const JointPathOptions& options,
                                            const MachineModel& machine) {
   if (!told_.show("joints", 0.0)) return fail(Code::kCancelled, "cancelled; nothing was written");
@@ -279,27 +161,29 @@ Result<void> OperationPlan::find_path_joints(const pathgen::Mesh& held, const Jo
   runs_.clear();
   stretches_.clear();
   put_end_ways(held);
-  auto joints = joints_of(planned_.path, options, job_.machine.model);
+  auto joints = joints_behind(from_, planned_.path, options, first_swing(), usual_start_);
   if (!joints) return note_limit(joints.error(), planned_.path), tl::unexpected(joints.error());
   joints_ = std::move(*joints);
-  if (joints_.reconfigured) planned_.path = std::move(*joints_.reconfigured);
   return {};
 }
 
 /// A stretch whose rotaries are come to from there, at the retract. `path`: with its reconfigurations then.
-Result<JointPath> OperationPlan::joints_behind(const Joints& from, ToolPath& path,
-                                               const JointPathOptions& options, const SwingChoice& choice) {
+/// `usual`: where it begins as planned.
+Result<JointPath> OperationPlan::joints_behind(const std::optional<Joints>& from, ToolPath& path,
+                                               const JointPathOptions& options, const SwingChoice& choice,
+                                               Joints& usual) {
   MachineModel machine = job_.machine.model;
   auto found = joints_of(path, options, machine);
   if (!found) return found;
-  stretches_.back().usual = found->moves.front().joints;
+  usual = found->moves.front().joints;
   if (choice.other_side) {
-    machine.preferred_tilt = stretches_.back().usual.a > machine.tilt.zero ? -1 : 1;
+    machine.preferred_tilt = usual.a > machine.tilt.zero ? -1 : 1;
     found = joints_of(path, options, machine);
     if (!found) return found;
   }
   if (found->reconfigured) path = std::move(*found->reconfigured);
-  const auto turns = choice.other_way ? turn_round(machine, from, found->moves.front().joints) : std::nullopt;
+  const auto turns =
+      choice.other_way && from ? turn_round(machine, *from, found->moves.front().joints) : std::nullopt;
   if (!turns) return found;
   Joints least = found->report.min, most = found->report.max;
   least.c += *turns, most.c += *turns;
@@ -324,9 +208,11 @@ Result<void> OperationPlan::find_run_joints(const ToolPath& whole, const std::ve
     ToolPath part = part_of(whole, run);
     add_end_ways(part, held, job_);
     const bool begins = stretches_.empty();
-    const SwingChoice& choice = kSwingChoices[begins ? 0 : swings_[link]];
+    const SwingChoice& choice = begins ? first_swing() : kSwingChoices[swings_[link]];
     stretches_.push_back({link, {}});
-    auto found = joints_behind(begins ? Joints{} : joints.path.moves.back().joints, part, options, choice);
+    Joints& usual = begins ? usual_start_ : stretches_.back().usual;
+    const auto from = begins ? from_ : std::optional(joints.path.moves.back().joints);
+    auto found = joints_behind(from, part, options, choice, usual);
     if (!found) return note_limit(found.error(), part, link), tl::unexpected(found.error());
     joints.add(*found, printed_.moves.size(), choice.way);
     printed_.moves.insert(printed_.moves.end(), part.moves.begin(), part.moves.end());
@@ -364,7 +250,9 @@ void OperationPlan::time_joints(const JointPathOptions& options) {
 }
 
 PlannedProgram OperationPlan::posted(const HeaderFacts& header) const {
-  return planned_program(joints_, runs_, job_, header);
+  PlannedProgram program = planned_program(joints_, runs_, job_, header);
+  if (from_) program.posting.operations.front().way = first_swing().way;
+  return program;
 }
 
 }  // namespace tiltfeed::daemon

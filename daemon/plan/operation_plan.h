@@ -28,7 +28,9 @@ namespace tiltfeed::daemon {
 /// What of a program's ways has other choices.
 struct LinkPlace {
   std::size_t link = 0;
-  bool swing = false;  ///< the axes' way at the retract, between the stretches at both ends of the link
+  /// The axes' way at the retract, between the stretches at both ends of the link; of the first link between
+  /// the operation before and this one.
+  bool swing = false;
 
   bool operator==(const LinkPlace&) const = default;
 };
@@ -76,6 +78,16 @@ class OperationPlan {
   void choose_links(std::vector<std::size_t> choices, std::vector<std::size_t> swings) {
     links_ = std::move(choices), swings_ = std::move(swings), joints_known_ = false;
   }
+  /// Where the axes stand at the end of the operation before; nothing: there is none. They swing from there
+  /// at the retract. The joints are found anew where that changes them.
+  void come_from(const std::optional<Joints>& from);
+  /// Moves of the path behind which the tool is taken off to turn a rotary (K11), with every link as planned.
+  std::vector<std::size_t> turns_back() const;
+  /// There the tool is to be taken off to the machine's retract instead, as by a link: in a cut one is put
+  /// in. The joints are to be found anew. False: the program has no retract there. Requires: turns_back().
+  bool turn_at_retract(const std::vector<std::size_t>& behind);
+  /// The least choice of a link: of one that a rotary turns in, that of the retract.
+  std::size_t least_choice(std::size_t link) const;
   /// Whether the link, or the swing, goes another way with this choice than with those before it. Of a swing
   /// between the joints that are known. Requires: joints.
   bool link_differs(std::size_t link, std::size_t choice) const;
@@ -116,8 +128,10 @@ class OperationPlan {
   void note_limit(const Error& error, const ToolPath& path, std::size_t first_link = 0);
   Result<JointPath> joints_of(const ToolPath& path, const JointPathOptions& options,
                               const MachineModel& machine);
-  Result<JointPath> joints_behind(const Joints& from, ToolPath& path, const JointPathOptions& options,
-                                  const SwingChoice& choice);
+  Result<JointPath> joints_behind(const std::optional<Joints>& from, ToolPath& path,
+                                  const JointPathOptions& options, const SwingChoice& choice, Joints& usual);
+  const SwingChoice& first_swing() const { return kSwingChoices[from_ ? swings_.front() : 0]; }
+  bool retracts() const;
   Result<void> find_path_joints(const pathgen::Mesh& held, const JointPathOptions& options);
   Result<void> find_run_joints(const ToolPath& whole, const std::vector<AxisRun>& ways,
                                const pathgen::Mesh& held, const JointPathOptions& options);
@@ -140,6 +154,9 @@ class OperationPlan {
   double longer_ = 0.0;                      ///< what they add to the rapids, mm
   ToolPath stretched_;                       ///< base_ with its links, some with a retract
   std::vector<std::size_t> begins_;          ///< moves of stretched_ with which stretches begin; empty: none
+  std::vector<std::size_t> turned_links_;    ///< of base_, in which a rotary turns at the retract
+  std::optional<Joints> from_;               ///< where the operation before ends
+  Joints usual_start_;                       ///< where the joints begin as planned
   std::optional<std::size_t> limited_;
   JointPath joints_;
   bool joints_known_ = false;

@@ -287,10 +287,13 @@ Result<void> Planning::open_program() {
 
 Result<void> Planning::find_joints() {
   std::vector<const Timing*> times;
+  std::optional<Joints> from;
   for (const auto& one : operations_) {
+    one->come_from(from);
     if (auto found = one->find_joints(); !found)
       return tl::unexpected(in_operation(found.error(), one->job().operation.name));
     times.push_back(&one->timing());
+    from = one->joints().moves.back().joints;
   }
   timing_ = one_after_the_other(times);
   return {};

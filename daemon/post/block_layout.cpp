@@ -172,9 +172,9 @@ void Writer::turn(const Operation& op) {
   tilt_clamped_ = rotary_clamped_ = false;
 }
 
-/// Where the control adds the tool's length and a retract ends that.
+/// Where the control adds the tool's length, its register's too, and a retract ends that.
 void Writer::call_length(const Operation& op) {
-  if (format_.tcp || op.plane) lines(table_.edge);
+  if (format_.tcp || op.plane || op.tool_number > 0) lines(table_.edge);
 }
 
 /// The next operation's tool, where it is another.
@@ -258,7 +258,7 @@ void Writer::go_to(const PrintedWords& words, WordsOf say, const Joints& to) {
 
 /// To the first place by the operation's own way; false: it has none.
 bool Writer::swing(const Operation& op, const PrintedWords& words, const Joints& first) {
-  if (!op.goes_on || op.way == SwingWay{}) return false;
+  if (&op == posting_.operations.data() || op.way == SwingWay{}) return false;
   const Joints& before = (&op - 1)->words->moves.back().joints;
   if (before.a == first.a && before.c == first.c) return false;
   // X and Y before may be of another kind of words: they are stated whatever they were.
