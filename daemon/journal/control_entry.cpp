@@ -400,7 +400,8 @@ Result<Reentry> plan_control_entry(const std::string& program, const config::Mac
   for (const std::string& one : *lines) after.take(one);
   std::vector<std::string> all = *lines;
   for (const std::string& mode : found.state.lines_behind(after)) all.push_back(mode);
-  Reentry entry{"", preview_of(way, all, found, options.from), found.line, true};
+  Reentry entry{"", preview_of(way, all, found, options.from), found.line, "", "", true};
+  for (const std::string& one : *lines) entry.held += one + "\n";
   const auto put = [&](const std::string& one) { entry.head += one + "\n"; };
   for (const std::string& one : found.header)
     if (ControlState known(machine.format); known.take(one), known.of_tool.empty()) put(one);

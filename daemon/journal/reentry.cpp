@@ -129,6 +129,11 @@ class Steps {
   void say(const std::string& text, const std::string& words) {
     preview += std::to_string(++count_) + ". " + words + "\n   " + text + "\n";
     line(text);
+    if (lifted && text[0] == 'G' && text[1] != '4') held += text + "\n";
+  }
+  /// Of a place of all axes.
+  std::string place(const Joints& at) const {
+    return word('X', at.x) + word('Y', at.y) + word('Z', at.z) + turns(at);
   }
   /// The move that was just said ends there. The first one that leaves the travel is kept.
   void reach(const Joints& to) {
@@ -139,6 +144,8 @@ class Steps {
   const Joints& at() const { return at_; }
 
   std::string program, preview, limit;
+  std::string from, held;  ///< as those of Reentry
+  bool lifted = false;     ///< it is off the place where it stands
 
  private:
   const config::MachineProfile& machine_;
@@ -186,6 +193,12 @@ void lift(Steps& steps, const Survey& found, const Joints& rise, const config::M
               said);
   }
   if (height > 0.0) steps.reach(clear);
+  if (options.stands) {
+    // At feed: on rapids bodies are to be further apart, and the cut may have been nearer.
+    steps.from = "G1" + steps.place(from) + feed + "\nG1" + steps.place(clear) + feed + "\n";
+    steps.held = "G0" + steps.place(clear) + "\n";
+  }
+  steps.lifted = true;
   // Above any place of the program by the retract, or as high as the machine goes: never down.
   Joints top = clear;
   top.z = std::max(clear.z, std::min(found.highest + std::max(rise.z, 0.0), machine.model.z.max));
@@ -360,7 +373,8 @@ Result<Reentry> plan_reentry(const std::string& program, LinkKind kind, const co
   steps.preview += "then block " + std::to_string(options.from) + ", line " + std::to_string(found->line) +
                    ": " + found->first + "\n";
   steps.line(found->first + remarks->first);
-  return Reentry{std::move(steps.program), std::move(steps.preview), found->line, false};
+  return Reentry{std::move(steps.program), std::move(steps.preview), found->line,
+                 std::move(steps.from),    std::move(steps.held),    false};
 }
 
 Result<void> write_reentry(const std::string& program, const Reentry& entry, std::ostream& out) {

@@ -20,9 +20,12 @@ struct ReentryOptions {
 };
 
 struct Reentry {
-  std::string head;           ///< of the program, up to and with the first line of the one that is entered
-  std::string preview;        ///< what happens before the first block, a line each, for the operator
-  std::uint64_t line = 0;     ///< of the file, that the head ends with
+  std::string head;        ///< of the program, up to and with the first line of the one that is entered
+  std::string preview;     ///< what happens before the first block, a line each, for the operator
+  std::uint64_t line = 0;  ///< of the file, that the head ends with
+  /// The moves of the way in alone, in words of places, for who holds them against what stands about: `from`
+  /// states where the machine stands and goes off from there (empty: it does not say), `held` the rest.
+  std::string from, held;
   bool as_it_stands = false;  ///< the lines behind it keep their blanks and comments
 };
 

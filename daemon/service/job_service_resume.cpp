@@ -12,6 +12,7 @@
 #include "daemon/machine/advice.h"
 #include "daemon/machine/machine_place.h"
 #include "daemon/program/operation_span.h"
+#include "daemon/service/entry_hold.h"
 #include "daemon/service/entry_mark.h"
 #include "daemon/service/job_origin.h"
 #include "daemon/service/job_service.h"
@@ -53,14 +54,21 @@ Result<Reentry> plan_entry(const EntryOrder& order) {
   config::JobFiles files{.stl = order.stl, .machine = order.machine.path, .closed = true};
   if (const auto operations = read_operations(order.program, order.link.kind, order.machine.model))
     if (const OperationSpan* at = operation_at(*operations, order.from)) files.operation = at->name;
+  EntrySetup setup;
   if (const Result<config::Job> planned = config::load_job_with(order.yaml, files); planned) {
     options.plunge_feed = planned->plan.plunge_feed.mm_per_min();
     options.setup = planned->setup;
+    setup = {order.yaml, order.stl, order.machine.path, files.operation};
   }
   const auto stands = place_of(order.link, order.machine.model);
   if (!stands) return tl::unexpected<Error>(stands.error());
   options.stands = *stands;
-  return plan_reentry(order.program, order.link.kind, order.machine, options);
+  Result<Reentry> entry = plan_reentry(order.program, order.link.kind, order.machine, options);
+  if (!entry) return entry;
+  const Result<std::string> held = hold_entry(*entry, setup);
+  if (!held) return tl::unexpected<Error>(held.error());
+  entry->preview += *held;
+  return entry;
 }
 
 Result<ProgramRun> write_entry(const EntryOrder& order) {
@@ -180,10 +188,15 @@ void JobService::enter_again(const SpooledJob& job, const ApiRequest& request, s
   const bool changes = job.state == JobState::kToolChange;
   if (const Result<void> free = machine_free(changes ? job.id : 0); !free)
     return done(tl::unexpected<Error>(free.error()));
+  // An entry is made of the job that it enters, and that perhaps of another.
+  std::uint64_t origin = job.id;
+  for (auto mark = read_entry_mark(spool_.file(origin, "entry")); mark && mark->job < origin;
+       mark = read_entry_mark(spool_.file(origin, "entry")))
+    origin = mark->job;
   EntryOrder order{job,
                    spool_.file(job.id, "program.nc"),
-                   spool_.file(job.id, "job.yaml"),
-                   spool_.file(job.id, "part.stl"),
+                   spool_.file(origin, "job.yaml"),
+                   spool_.file(origin, "part.stl"),
                    "",
                    "",
                    0,

@@ -164,6 +164,12 @@ TEST(Reentry, RetractsAlongTheAxisThatTheToolReallyHas) {
   EXPECT_EQ(absolute->preview.find("(G91)"), std::string::npos) << absolute->preview;
   EXPECT_NE(absolute->head.find("\nG1 X5 Y26 Z104.641 A-30 C300 F200\n"), std::string::npos)
       << absolute->head;
+  // Who holds it against bodies is told places over every link, the first at feed.
+  for (const auto& one : {*relative, *absolute})
+    EXPECT_EQ(one.from, "G1 X5 Y6 Z70 A-30 C300 F200\nG1 X5 Y26 Z104.641 A-30 C300 F200\n");
+  EXPECT_EQ(relative->held,
+            "G0 X5 Y26 Z104.641 A-30 C300\nG0 Z134.641\nG0 A30 C400\nG0 X61 Y-20\nG1 Z44.641 F200\n"
+            "G1 X61 Y0 Z10 F200\n");
   // High above the program already: never down.
   options.stands = Joints{5, 6, 400, 0, 300};
   const auto high = plan_reentry(path, LinkKind::kModbusTcp, profile(), options);

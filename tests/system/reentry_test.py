@@ -86,6 +86,8 @@ def main():
         status, shown = run.tiltfeed("resume", "1", "--from", entered)
         run.want(status != 0 and "1. retract" in shown and f"then block {entered}" in shown,
                  f"the re-entry was not shown, or moved without a yes: {shown}")
+        run.want("not held against part, fixtures and machine: the program was handed in by itself" in shown,
+                 f"nobody says that no set-up is known: {shown}")
         before = run.rows()
         status, said = run.tiltfeed("resume", "1", "--from", entered, "--yes")
         run.want(status == 0, f"the confirmed re-entry was refused: {said}")
