@@ -38,6 +38,9 @@ CREATE FUNCTION tiltfeed.harm_piece() RETURNS trigger LANGUAGE plpgsql AS $$ DEC
   IF NEW.file = 3 AND harmed = 'lie' THEN SELECT bytes INTO NEW.bytes FROM tiltfeed.lie WHERE piece = NEW.piece; END IF;
   RETURN NEW; END $$;
 CREATE TRIGGER harm BEFORE INSERT ON tiltfeed.plan_pieces FOR EACH ROW EXECUTE FUNCTION tiltfeed.harm_piece()"""
+# What north's log says of each such plan.
+TOLD = {"good": ", proved here", "version": "planned by version another", "damaged": "SHA-256",
+        "lie": "is not taken: tiltfeed-sim prove: program.nc:"}
 PIECE = 262144
 
 
@@ -175,35 +178,42 @@ def test_spread(run, shop):
     cluster.sql(HARMS)
     names = {name: write_job(run, name, step) for name, step in (("good", 1), ("version", 1.1), ("damaged", 1.2), ("lie", 1.4))}
     prepare_lie(run, shop, names["lie"])
-    jobs = {name: north.submit(path) for name, path in names.items()}
-    seen = []
+    seen, left = [], dict(names)
 
-    def all_ready():
+    def all_ready(jobs):
         listed = json.loads(run.tiltfeed("shop", "list", "--json", "--shop", cluster.url())[1])
         seen.extend((one["name"], one["for"], one["by"]) for one in listed["plans"] if one["state"] == "taken")
         return all(shop.ready(job) for job in jobs.values())
 
-    run.until("not all are planned", all_ready)
-    for name, job in jobs.items():
-        note, harmed = north.show(job)["note"], name in ("version", "damaged", "lie")
-        run.want(note == "planned" if harmed else note in ("planned by machine 2, proved here", "planned by machine 3, proved here"), f"{name}: {note}")
-        shop.want_own_bytes(job, names[name], name)
+    # On a busy machine nobody may take an order in its time: it is planned by its asker then, and asked again here.
+    for _ in range(6):
+        jobs = {name: north.submit(path) for name, path in left.items()}
+        run.until("not all are planned", lambda: all_ready(jobs))
+        log = run.text("serve1.log").splitlines()
+        for name, job in jobs.items():
+            note, elsewhere = north.show(job)["note"], [f"planned by machine {number}, proved here" for number in (2, 3)]
+            run.want(note == "planned" or name == "good" and note in elsewhere, f"{name}: {note}")
+            shop.want_own_bytes(job, names[name], name)
+            if any(line.startswith(f"machine 1: job {job}: ") and TOLD[name] in line for line in log):
+                left.pop(name)
+        if not left:
+            break
+    run.want(not left, f"no other machine's plan was judged of {sorted(left)}")
     with open(f"{run.work}/own_good/program.nc", "rb") as file:
         own = file.read()
     run.call("plan", names["good"], "--machine", shop.helpers[0].profile, "--stl", f"{run.work}/part.stl", "--out", f"{run.work}/other.nc")
     with open(f"{run.work}/other.nc", "rb") as file:
         run.want(file.read() != own, "the pivots make no difference: this shows nothing")
     run.want(seen and {(who, by) for _, who, by in seen} <= {("machine 1", "machine 2"), ("machine 1", "machine 3")}, seen)
+
     def figures(machine):
         said = run.call("metrics", "--config", f"{machine.folder}/service.yaml")[1]
         return {name: float(value) for name, value in (line.rsplit(" ", 1) for line in said.splitlines() if not line.startswith("#"))}
 
     north_said, helped = figures(north), [figures(helper) for helper in shop.helpers]
-    ended = {word: north_said[f'tiltfeed_plans_asked_ended_total{{outcome="{word}"}}'] for word in ("accepted", "refused", "not taken")}
-    run.want(ended == {"accepted": 1, "refused": 3, "not taken": 0}, ended)
-    run.want(sum(one['tiltfeed_plans_for_others_ended_total{outcome="done"}'] for one in helped) == 4, helped)
-    log = run.text("serve1.log")
-    run.want("planned by version another" in log and "SHA-256" in log and "is not taken: tiltfeed-sim prove: program.nc:" in log, "the reasons are not told")
+    ended = {word: north_said[f'tiltfeed_plans_asked_ended_total{{outcome="{word}"}}'] for word in ("accepted", "refused")}
+    run.want(ended == {"accepted": 1, "refused": 3}, ended)
+    run.want(sum(one['tiltfeed_plans_for_others_ended_total{outcome="done"}'] for one in helped) >= 4, helped)
     run.until("what was taken stays", lambda: not shop.plans())
     run.want(cluster.sql("SELECT state FROM tiltfeed.plans") == [["open"]], "an order of another version was taken")
     cluster.sql("DELETE FROM tiltfeed.plans")
