@@ -4,12 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pathgen/linking/rapid_time.h"
+
 namespace tiltfeed::pathgen {
 
 namespace {
 
-/// How many times faster a rapid goes than a cut. The planner does not know the machine's axes; most rapid
-/// at several times any cutting feed.
+/// How many times faster a rapid goes than a cut, where nobody says.
 constexpr double kRapidPerCut = 5.0;
 /// How far back into both passes a join goes, as a share of its straight length, until it stays on the
 /// surface: an outline that is hollow towards the join bends away from the straight line by less.
@@ -24,13 +25,24 @@ double plunge_to(const EnvelopePoint& p, double approach) {
 
 }  // namespace
 
-/// Of retract, travel and plunge, as the length (mm) that is cut in that time.
+/// Of retract, travel and plunge, as the length (mm) that is cut in that time: from rest to rest each.
 double Joins::time_over(const EnvelopePoint& a, const EnvelopePoint& b) const {
   const double z = options_.clearance_z, up = z - a.flat.z, down = z - b.flat.z;
   const double across =
       distance(travel_.pose({a.flat.x, a.flat.y, z}).tip, travel_.pose({b.flat.x, b.flat.y, z}).tip);
   const double plunge = std::min(down, plunge_to(b, options_.approach));
-  return (up + across + down - plunge) / kRapidPerCut + plunge * options_.plunge_ratio;
+  const double plunged = plunge * options_.plunge_ratio;
+  if (options_.cut_speed <= 0.0) return (up + across + down - plunge) / kRapidPerCut + plunged;
+  const RapidRates& rapid = options_.rapid;
+  const double seconds = rest_to_rest(std::max(0.0, up), rapid.linear) +
+                         std::max(rest_to_rest(across, rapid.linear), turning(a, b)) +
+                         rest_to_rest(std::max(0.0, down - plunge), rapid.linear);
+  return seconds * options_.cut_speed + plunged;
+}
+
+/// Of tilt and table from a to b, s.
+double Joins::turning(const EnvelopePoint& a, const EnvelopePoint& b) const {
+  return rest_to_rest(rotary_turn(a.axis, b.axis, options_.up), options_.rapid);
 }
 
 bool Joins::may_cut(const Pass& pass) const {
@@ -98,7 +110,7 @@ std::optional<Pass> Joins::between(const End& from, const End& to) {
     *pass = thinned(*pass, options_.thinning, envelope_.options());
     double way = 0.0;
     for (std::size_t i = 1; i < pass->size(); ++i) way += distance((*pass)[i - 1].centre, (*pass)[i].centre);
-    if (way >= longest) return std::nullopt;
+    if (std::max(way, options_.cut_speed * turning(a, b)) >= longest) return std::nullopt;
     return Pass(pass->begin() + 1, pass->end() - 1);
   }
   return std::nullopt;

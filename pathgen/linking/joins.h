@@ -31,6 +31,7 @@ class Joins {
 
  private:
   double time_over(const EnvelopePoint& a, const EnvelopePoint& b) const;
+  double turning(const EnvelopePoint& a, const EnvelopePoint& b) const;
   bool may_cut(const Pass& pass) const;
   std::optional<Pass> along(const EnvelopePoint& a, const EnvelopePoint& b,
                             const std::vector<Point<Flat>>& corners);

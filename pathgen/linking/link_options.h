@@ -19,6 +19,7 @@ namespace tiltfeed::pathgen {
 enum class PassOrder {
   kGiven,    ///< slice by slice
   kRegions,  ///< region by region where that saves air, else slice by slice
+  kTimed,  ///< that of them, or of regions put in order by the time between them, which takes the least time
 };
 
 class Envelope;
@@ -51,7 +52,9 @@ struct Linking {
   double lead_radius = 0.0;       ///< of the arcs into and out of a pass, mm; 0: none
   double thinning = 0.003;        ///< a join's points that a move passes this closely are dropped, mm
   double plunge_ratio = 1.0;      ///< cutting feed over plunge feed
-  Vec3 up{0, 0, 1};               ///< the table's axis in part directions, unit
+  double cut_speed = 0.0;  ///< of the tip along a join, mm/s; 0: a fifth of that on rapids, whatever it is
+  RapidRates rapid{};      ///< with cut_speed
+  Vec3 up{0, 0, 1};        ///< the table's axis in part directions, unit
   Angle tilt_max = Angle::from_degrees(180.0);  ///< largest angle of the tool axis to `up`
   PassOrder order = PassOrder::kRegions;
   /// May a point be cut? It is asked of the points of joins. Empty: all may.

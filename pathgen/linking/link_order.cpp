@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "pathgen/linking/nearest_ends.h"
+#include "pathgen/linking/run_order.h"
 
 namespace tiltfeed::pathgen {
 
@@ -116,8 +117,10 @@ Order plain_order(const Slices& slices, Direction direction) {
   return order;
 }
 
-Order region_order(const Slices& slices, const Deformation& deformation, const Linking& options) {
-  std::vector<Run> runs = runs_of(slices);
+namespace {
+
+/// Of runs those of each region, by rising slice.
+std::vector<std::vector<std::uint32_t>> regions_of(std::vector<Run>& runs) {
   find_regions(runs);
   std::vector<std::vector<std::uint32_t>> regions;
   for (std::uint32_t r = 0; r < runs.size(); ++r) {
@@ -125,6 +128,60 @@ Order region_order(const Slices& slices, const Deformation& deformation, const L
     regions.emplace_back();
     for (std::uint32_t at = r; at != kNoRun; at = runs[at].next) regions.back().push_back(at);
   }
+  return regions;
+}
+
+}  // namespace
+
+Order timed_order(const Slices& slices, const Deformation& deformation, const Linking& options) {
+  std::vector<Run> runs = runs_of(slices);
+  const auto regions = regions_of(runs);
+  const bool zigzag = options.direction == Direction::kZigzag;
+  // Ways up and down are the same in every order, so that those across count alone.
+  const auto above = [&](const EnvelopePoint& p) {
+    const AxisLine line = deformation.axis_line(p.flat.x, p.flat.y);
+    return Pose{line.base + line.axis * options.clearance_z, line.axis};
+  };
+  // Regions fall apart where the next pass is too far off to be joined.
+  std::vector<Order> travelled;
+  for (const std::vector<std::uint32_t>& region : regions) {
+    const Travelled* last = nullptr;
+    for (const std::uint32_t run : region) {
+      Travelled next{runs[run].slice, runs[run].pass, zigzag && last != nullptr && !last->reversed};
+      const bool near = last != nullptr && distance(end_of(*last, slices).centre,
+                                                    start_of(next, slices).centre) <= options.join_distance;
+      if (!near) next.reversed = false, travelled.emplace_back();
+      travelled.back().push_back(next);
+      last = &travelled.back().back();
+    }
+  }
+  if (travelled.size() < 3 || travelled.size() > kMostOrderedRuns) return {};
+  std::vector<RunEnds> ends;
+  for (const Order& row : travelled)
+    ends.push_back({above(start_of(row.front(), slices)), above(end_of(row.back(), slices))});
+  const LinkTime time({.rapid = options.rapid,
+                       .up = options.up,
+                       .centre = {},
+                       .radius = 0.0,
+                       .lift = 0.0,
+                       .short_way = std::numeric_limits<double>::infinity(),
+                       .short_turn = Angle::from_radians(kPi)});
+  Order order;
+  for (const OrderedRun& next :
+       order_runs(ends, zigzag, time, ends.front().first.tip, ends.front().first.axis)) {
+    Order row = travelled[next.run];
+    if (next.reversed) {
+      std::reverse(row.begin(), row.end());
+      for (Travelled& t : row) t.reversed = !t.reversed;
+    }
+    order.insert(order.end(), row.begin(), row.end());
+  }
+  return order;
+}
+
+Order region_order(const Slices& slices, const Deformation& deformation, const Linking& options) {
+  std::vector<Run> runs = runs_of(slices);
+  const auto regions = regions_of(runs);
   const bool zigzag = options.direction == Direction::kZigzag;
   const auto travelled = [&](std::uint32_t run, bool reversed) {
     return Travelled{runs[run].slice, runs[run].pass, reversed};

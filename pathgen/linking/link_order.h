@@ -26,4 +26,12 @@ Order plain_order(const std::vector<std::vector<Pass>>& slices, Direction direct
 Order region_order(const std::vector<std::vector<Pass>>& slices, const Deformation& deformation,
                    const Linking& options);
 
+/// Regions, or stretches of them whose ends are at most Linking::join_distance apart, in the order and
+/// direction in which the ways between them over the clearance surface take the least time, about: as
+/// order_runs(), by Linking::rapid. Empty where there are more than kMostOrderedRuns, or fewer than three.
+/// Properties: holds each pass once; one way none is reversed; the same for the same passes. Requires: as
+/// region_order().
+Order timed_order(const std::vector<std::vector<Pass>>& slices, const Deformation& deformation,
+                  const Linking& options);
+
 }  // namespace tiltfeed::pathgen

@@ -11,6 +11,7 @@
 #include "pathgen/linking/leads.h"
 #include "pathgen/linking/link_order.h"
 #include "pathgen/linking/over_envelope.h"
+#include "pathgen/linking/run_order.h"
 #include "pathgen/linking/travel.h"
 #include "pathgen/mesh/fresh_memory.h"
 
@@ -36,6 +37,18 @@ class Directed {
   const Pass& pass_;
   bool reversed_;
 };
+
+/// Of all moves, about, s.
+double seconds_of(const std::vector<Move>& moves, const Linking& options) {
+  double cut = 0.0, plunged = 0.0;
+  for (std::size_t i = 1; i < moves.size(); ++i) {
+    const double way = distance(moves[i - 1].pose.tip, moves[i].pose.tip);
+    if (moves[i].kind != MoveKind::kRapid) (moves[i].kind == MoveKind::kCut ? cut : plunged) += way;
+  }
+  LinkTime::Options time;
+  time.rapid = options.rapid, time.up = options.up;
+  return LinkTime(time).of(moves) + (cut + plunged * options.plunge_ratio) / options.cut_speed;
+}
 
 class Linker {
  public:
@@ -246,13 +259,20 @@ Linked link(const std::vector<std::vector<Pass>>& slices, const ClField& field, 
   const ReportShare second = part_of(options.report, kPlainShare, 1.0);
   Linked best = linker.run(plain, slices, first);
   if (one || (second && !second(0.0))) return best;
-  const Order regions = region_order(slices, field.deformation, options);
-  if (regions == plain) return best;
-  Linked other = linker.run(regions, slices, second);
+  const bool timed = options.order == PassOrder::kTimed;
+  std::vector<Order> others{region_order(slices, field.deformation, options)};
+  if (timed) others.push_back(timed_order(slices, field.deformation, options));
+  const auto costs = [&](const Linked& l) { return timed ? seconds_of(l.moves, options) : l.air_length; };
   const auto left_out = [](const Linked& l) { return l.skipped_passes + l.tilted_passes; };
-  const bool better = left_out(other) < left_out(best) ||
-                      (left_out(other) == left_out(best) && other.air_length < best.air_length);
-  return better ? std::move(other) : std::move(best);
+  for (std::size_t i = 0; i < others.size(); ++i) {
+    const Order& order = others[i];
+    if (order.empty() || order == plain) continue;
+    const auto n = static_cast<double>(others.size()), at = static_cast<double>(i);
+    Linked other = linker.run(order, slices, part_of(second, at / n, (at + 1.0) / n));
+    if (left_out(other) < left_out(best) || (left_out(other) == left_out(best) && costs(other) < costs(best)))
+      best = std::move(other);
+  }
+  return best;
 }
 
 }  // namespace tiltfeed::pathgen

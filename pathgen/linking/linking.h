@@ -24,9 +24,9 @@ namespace tiltfeed::pathgen {
 /// the new axis, and plunges the last `approach`. With lead_radius a tangential arc, at plunge feed as it is
 /// not in contact, stands between plunge and pass, and between pass and retract.
 /// Properties: 1 each pass is travelled once, in the direction that `direction` asks, or counted as left out;
-/// 2 air is never longer than slice by slice with as many passes. Requires: `envelope` is that of
-/// `field`; unless the order is kGiven, passes of a slice lie in rising order on a straight flat line, and
-/// slices side by side.
+/// 2 air is never longer than slice by slice with as many passes; with PassOrder::kTimed all moves take no
+/// longer, about (LinkTime::of). Requires: `envelope` is that of `field`; unless the order is kGiven, passes
+/// of a slice lie in rising order on a straight flat line, and slices side by side.
 Linked link(const std::vector<std::vector<Pass>>& slices, const ClField& field, const Linking& options,
             OppositeWall& opposite_wall, Envelope& envelope);
 

@@ -1,5 +1,7 @@
 #include "pathgen/linking/run_order.h"
 
+#include "pathgen/linking/rapid_time.h"
+
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -13,8 +15,6 @@ namespace tiltfeed::pathgen {
 
 namespace {
 
-/// Nearer to the table's axis (rad) the table need not turn for the tool.
-constexpr double kUpright = 0.02;
 /// Exchanges must save this much, s: rounding.
 constexpr double kSaves = 1e-9;
 /// Of each end the ways to so many others are timed, those near in space; for exchanges the quickest count.
@@ -22,12 +22,6 @@ constexpr std::size_t kLookedAt = 64, kNeighbours = 12;
 /// So often all runs are gone through, at most.
 constexpr int kRounds = 60;
 constexpr std::size_t kLongestMoved = 3;
-
-/// From rest to rest over a way, with these limits.
-double trapezoid(double way, double velocity, double acceleration) {
-  if (way * acceleration >= velocity * velocity) return way / velocity + velocity / acceleration;
-  return 2.0 * std::sqrt(way / acceleration);
-}
 
 /// End 2 r of run r is its first point, 2 r + 1 its last.
 using End = std::uint32_t;
@@ -216,26 +210,6 @@ class Tour {
 
 }  // namespace
 
-LinkTime::Turn LinkTime::turn(Vec3 from, Vec3 to) const {
-  const double tilt_from = angle_between(from, o_.up), tilt_to = angle_between(to, o_.up);
-  Turn turn{std::abs(tilt_to - tilt_from), 0.0};
-  if (std::min(tilt_from, tilt_to) > kUpright && std::max(tilt_from, tilt_to) < kPi - kUpright)
-    turn.table = angle_between(from - o_.up * dot(from, o_.up), to - o_.up * dot(to, o_.up));
-  return turn;
-}
-
-/// The longer of what tilt and table take.
-double LinkTime::seconds(const Turn& turn) const {
-  const auto time = [](double angle, const RapidRates::Axis& axis) {
-    return trapezoid(Angle::from_radians(angle).degrees(), axis.velocity, axis.acceleration);
-  };
-  return std::max(time(turn.tilt, o_.rapid.tilt), time(turn.table, o_.rapid.table));
-}
-
-double LinkTime::rapid(double way) const {
-  return trapezoid(way, o_.rapid.linear.velocity, o_.rapid.linear.acceleration);
-}
-
 /// Drawn back along the axis.
 double LinkTime::up_to_sphere(const Pose& at, Point<Part>& on_sphere) const {
   const Vec3 m = at.tip - o_.centre;
@@ -246,7 +220,7 @@ double LinkTime::up_to_sphere(const Pose& at, Point<Part>& on_sphere) const {
 }
 
 double LinkTime::between(const Pose& from, const Pose& to) const {
-  const double turning = seconds(turn(from.axis, to.axis));
+  const double turning = rest_to_rest(turn(from.axis, to.axis), o_.rapid);
   const double apart = distance(from.tip + from.axis * o_.lift, to.tip + to.axis * o_.lift);
   if (apart <= o_.short_way && angle_between(from.axis, to.axis) <= o_.short_turn.radians())
     return 2.0 * rapid(o_.lift) + std::max(rapid(apart), turning) + o_.plunge_seconds;
@@ -259,14 +233,16 @@ double LinkTime::from_above(Point<Part> from, Vec3 axis, const Pose& to) const {
   Point<Part> over;
   const double down = up_to_sphere(to, over);
   const double round = o_.radius * angle_between(from - o_.centre, over - o_.centre);
-  return std::max(rapid(round), seconds(turn(axis, to.axis))) + rapid(down) + o_.plunge_seconds;
+  return std::max(rapid(round), rest_to_rest(turn(axis, to.axis), o_.rapid)) + rapid(down) +
+         o_.plunge_seconds;
 }
 
 double LinkTime::of(const std::vector<Move>& moves) const {
   double sum = 0.0, way = 0.0;
-  Turn turned;
+  RotaryTurn turned;
   const auto stop = [&] {
-    if (way > 0.0 || turned.tilt > 0.0 || turned.table > 0.0) sum += std::max(rapid(way), seconds(turned));
+    if (way > 0.0 || turned.tilt > 0.0 || turned.table > 0.0)
+      sum += std::max(rapid(way), rest_to_rest(turned, o_.rapid));
     way = 0.0, turned = {};
   };
   for (std::size_t i = 1; i < moves.size(); ++i) {
@@ -275,7 +251,7 @@ double LinkTime::of(const std::vector<Move>& moves) const {
     if (moves[i].kind != MoveKind::kRapid || back) stop();
     if (moves[i].kind == MoveKind::kPlunge) sum += o_.plunge_seconds;
     if (moves[i].kind != MoveKind::kRapid) continue;
-    const Turn by = turn(from.axis, to.axis);
+    const RotaryTurn by = turn(from.axis, to.axis);
     way += distance(from.tip, to.tip), turned.tilt += by.tilt, turned.table += by.table;
   }
   stop();

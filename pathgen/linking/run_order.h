@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "pathgen/linking/link_options.h"
+#include "pathgen/linking/rapid_time.h"
 
 namespace tiltfeed::pathgen {
 
@@ -45,12 +46,8 @@ class LinkTime {
   double of(const std::vector<Move>& moves) const;
 
  private:
-  struct Turn {
-    double tilt = 0.0, table = 0.0;  ///< rad
-  };
-  Turn turn(Vec3 from, Vec3 to) const;
-  double seconds(const Turn& turn) const;
-  double rapid(double way) const;
+  RotaryTurn turn(Vec3 from, Vec3 to) const { return rotary_turn(from, to, o_.up); }
+  double rapid(double way) const { return rest_to_rest(way, o_.rapid.linear); }
   double up_to_sphere(const Pose& at, Point<Part>& on_sphere) const;
 
   const Options o_;

@@ -320,9 +320,13 @@ class Planner {
                         .lead_radius = options_.links.lead_radius,
                         .thinning = budget_.thinning(),
                         .plunge_ratio = options_.cut_feed.mm_per_min() / options_.plunge_feed.mm_per_min(),
+                        .cut_speed = options_.cut_feed.mm_per_s(),
+                        .rapid = options_.links.rapid,
                         .up = options_.up,
                         .tilt_max = options_.tilt_max,
-                        .order = as_given_ ? PassOrder::kGiven : PassOrder::kRegions,
+                        .order = as_given_                                         ? PassOrder::kGiven
+                                 : options_.pattern.measure == StepMeasure::kRidge ? PassOrder::kTimed
+                                                                                   : PassOrder::kRegions,
                         .allowed =
                             [rules = PointRules(options_, linked_field)](const EnvelopePoint& p) {
                               return !rules.refusal(p) && rules.region().contains(p.flat) &&

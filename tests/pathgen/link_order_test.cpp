@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 #include <set>
 #include <utility>
@@ -117,6 +118,64 @@ TEST(Order, TheNearestEndIsTheNearest) {
     ends.remove(best), left.erase(best);
   }
   EXPECT_FALSE(ends.nearest({0, 0, 0}));
+}
+
+/// Rows anywhere: the ways between them, of which the slowest of both axes counts from rest to rest,
+/// against all orders and directions.
+TEST(Order, OfTheLeastTimeIsNearTheBestOfAll) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> place(0.0, 100.0), size(10.0, 80.0);
+  const Deformation map(kFlatFrame, 1.0);
+  Linking links;
+  links.clearance_z = 5.0, links.join_distance = 0.5;
+  links.rapid.linear = {200.0, 1500.0};
+  const auto seconds = [](const EnvelopePoint& a, const EnvelopePoint& b) {
+    const double way = std::hypot(b.flat.x - a.flat.x, b.flat.y - a.flat.y), ramp = 200.0 * 200.0 / 1500.0;
+    return way < ramp ? 2.0 * std::sqrt(way / 1500.0) : 200.0 / 1500.0 + way / 200.0;
+  };
+  double sum = 0.0, best_sum = 0.0;
+  for (const Direction direction : {Direction::kZigzag, Direction::kOneWay})
+    for (int round = 0; round < 40; ++round) {
+      links.direction = direction;
+      std::vector<std::vector<Pass>> slices;
+      for (int k = 0; k < 5; ++k) {
+        const double x = place(random);
+        slices.push_back({row(x, x + size(random), place(random))});
+      }
+      const Order order = timed_order(slices, map, links);
+      ASSERT_EQ(order.size(), slices.size());
+      std::set<std::uint32_t> seen;
+      const auto end = [&](const Travelled& t, bool first) -> const EnvelopePoint& {
+        const Pass& pass = slices[t.slice][t.pass];
+        return t.reversed == first ? pass.back() : pass.front();
+      };
+      const auto cost = [&](const Order& o) {
+        double total = 0.0;
+        for (std::size_t i = 1; i < o.size(); ++i) total += seconds(end(o[i - 1], false), end(o[i], true));
+        return total;
+      };
+      for (const Travelled& t : order) {
+        seen.insert(t.slice);
+        EXPECT_FALSE(t.reversed && direction == Direction::kOneWay);
+      }
+      EXPECT_EQ(seen.size(), slices.size());
+      EXPECT_EQ(order, timed_order(slices, map, links));
+      // The first one is where the tool starts: all orders from there.
+      std::vector<std::uint32_t> all{0, 1, 2, 3, 4};
+      double best = 1e9;
+      do {
+        if (all.front() != order.front().slice) continue;
+        for (unsigned turns = 0; turns < (direction == Direction::kZigzag ? 32u : 1u); ++turns) {
+          Order o;
+          for (std::uint32_t i = 0; i < 5; ++i) o.push_back({all[i], 0, (turns >> i & 1u) != 0});
+          best = std::min(best, cost(o));
+        }
+      } while (std::next_permutation(all.begin(), all.end()));
+      EXPECT_GE(cost(order), best - 1e-9);
+      EXPECT_LT(cost(order), 1.5 * best);
+      sum += cost(order), best_sum += best;
+    }
+  EXPECT_LT(sum, 1.08 * best_sum);
 }
 
 }  // namespace

@@ -226,6 +226,28 @@ TEST(Join, NotWhereUpAndOverIsQuicker) {
   EXPECT_FALSE(joins.between(a, b));
 }
 
+/// Up, over and down from rest to rest by the machine's rates, against 16 mm at the feed: the speed at which
+/// both take the same.
+TEST(Join, WhereItIsQuickerByTheMachinesRates) {
+  Shop shop = valley(level);
+  shop.links.join_distance = 25.0;
+  shop.links.rapid.linear = {250.0, 2000.0};
+  const auto rapid = [](double way) {
+    const double ramps = 250.0 * 250.0 / 2000.0;
+    return way < ramps ? 2.0 * std::sqrt(way / 2000.0) : way / 250.0 + 250.0 / 2000.0;
+  };
+  const auto a = end_at(shop, -8.0, 3.0), b = end_at(shop, 8.0, 3.0);
+  const double up = shop.links.clearance_z - a.point.flat.z, plunge = shop.links.approach;
+  const double seconds = rapid(up) + rapid(16.0) + rapid(up - plunge);
+  const double same = (16.0 - plunge * shop.links.plunge_ratio) / seconds;
+  for (const double share : {0.98, 1.02}) {
+    shop.links.cut_speed = share * same;
+    const Travel travel = shop.travel();
+    Joins joins(*shop.field, shop.links, *shop.opposite_wall, *shop.envelope, travel);
+    EXPECT_EQ(joins.between(a, b).has_value(), share > 1.0) << shop.links.cut_speed;
+  }
+}
+
 TEST(Join, GoesBackIntoThePassesWhereTheOutlineIsHollow) {
   // A round hole: the straight line between two ends beside it crosses the hole.
   const auto in_hole = [](double x, double y) { return std::hypot(x, y) < 15.0; };
