@@ -34,7 +34,8 @@ enum class StepMeasure {
   kFlat,     ///< in flat space: constant there, wider or narrower on the part
   kSurface,  ///< on the part: no two neighbouring passes are further apart than side_step
   kScallop,  ///< on the part: no ridge between two passes is higher than `scallop`
-  kRidge     ///< by the ridges themselves: no ridge is higher than rows side_step apart leave somewhere
+  kRidge     ///< by the ridges themselves: no ridge is higher than rows side_step apart leave somewhere, or
+             ///< than `scallop`
 };
 
 struct Pattern {
@@ -44,7 +45,7 @@ struct Pattern {
   Direction direction = Direction::kZigzag;
   StepMeasure measure = StepMeasure::kFlat;
   double side_step = 0.0;  ///< mm
-  double scallop = 0.0;    ///< mm; with StepMeasure::kScallop; with kRidge at most so much
+  double scallop = 0.0;    ///< mm; with StepMeasure::kScallop; with kRidge where above 0
   double step_down = 0.0;  ///< mm of z'; z-level, split, rough
   bool climb = true;       ///< z-level, contour, spiral: material right of the feed
   Angle split_slope = Angle::from_degrees(45.0);  ///< of the surface against the plane across the axis

@@ -53,7 +53,7 @@ class Ridges {
 
   /// Nothing where it was stopped.
   std::optional<RidgeRows> run(const ReportShare& report) {
-    Watch watch(report, 4 * rows_.size());
+    Watch watch(report, (options_.pattern.scallop > 0.0 ? 3 : 4) * rows_.size());
     tracks_.resize(rows_.size());
     each_row(watch, [&](std::size_t k) { tracks_[k] = track(rows_[k]); });
     RidgeRows found;
@@ -118,9 +118,14 @@ class Ridges {
       if (t.nodes[i + 1].begins) continue;
       const Point<Part> a = t.nodes[i].centre;
       const Vec3 ab = t.nodes[i + 1].centre - a, ap = place - a;
-      const double ll = squared_length(ab);
-      const double f = ll > 0.0 ? std::clamp(dot(ap, ab) / ll, 0.0, 1.0) : 0.0;
-      least = std::min(least, squared_length(ap - ab * f));
+      const double along = dot(ap, ab), way = squared_length(ab), square = squared_length(ap);
+      // From the segment's begin, its end, or square to it.
+      if (along <= 0.0)
+        least = std::min(least, square);
+      else if (along >= way)
+        least = std::min(least, squared_length(ap - ab));
+      else
+        least = std::min(least, square - along * along / way);
     }
     return std::sqrt(std::max(0.0, least - radius_ * radius_));
   }
@@ -166,8 +171,9 @@ class Ridges {
     return stated;
   }
 
-  /// The largest ridge between the raster's own rows, if that is no more than the job says.
+  /// What the job says, or the largest ridge between the raster's own rows; no more than asked_most().
   double allowed(Watch& watch) const {
+    if (options_.pattern.scallop > 0.0) return std::min(asked_most(), options_.pattern.scallop);
     std::vector<double> found(rows_.size(), 0.0);
     each_row(watch, [&](std::size_t k) {
       each_place(static_cast<std::int32_t>(k), [&](Point<Part> place, std::int32_t bin, double facing) {
@@ -176,9 +182,7 @@ class Ridges {
         if (here < kNowhereNear) found[k] = std::max(found[k], here);
       });
     });
-    double most = asked_most();
-    if (options_.pattern.scallop > 0.0) most = std::min(most, options_.pattern.scallop);
-    return std::min(most, left(*std::max_element(found.begin(), found.end())));
+    return std::min(asked_most(), left(*std::max_element(found.begin(), found.end())));
   }
   double asked_most() const {
     const double radius = options_.cutter.radius(), half = std::min(options_.pattern.side_step / 2.0, radius);

@@ -25,9 +25,9 @@ struct RidgeRows {
 /// from each other. Every kRowsPerStep-th, from `first_stated` on, is one of the raster's own. Properties: 1
 /// No place at which one of the rows touches the part keeps more than the larger of `allowed` and what the
 /// raster's own rows leave there, as far as the surface is flat between two of `rows`. 2 The same whatever
-/// the threads. `allowed` is the most that the raster's own rows leave where the surface leans over by at
-/// least kSteepestAcross. It is no more than four times their ridge on a plane and half the tolerance, and no
-/// more than Pattern::scallop, if that is given. Nothing when `report` returns false. Requires: a ball.
+/// the threads. `allowed` is Pattern::scallop, if that is given; else the most that the raster's own rows
+/// leave where the surface leans over by at least kSteepestAcross. It is no more than four times their ridge
+/// on a plane and half the tolerance. Nothing when `report` returns false. Requires: a ball.
 std::optional<RidgeRows> widest_rows(const std::vector<std::vector<Pass>>& rows, std::size_t first_stated,
                                      const ClField& field, const PlanOptions& options,
                                      const RowLayout& layout, const ReportShare& report);

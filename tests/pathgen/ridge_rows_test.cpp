@@ -133,10 +133,17 @@ TEST(RidgeRows, AGivenScallopIsNotExceeded) {
   });
   PlanOptions o = fine_options(kUpright);
   const double own = plan_of(part, o, StepMeasure::kRidge).report.ridge;
-  o.pattern.scallop = 0.8 * own;
-  const Compared c = compare(part, o, 6000, 16.0);
-  EXPECT_EQ(c.allowed, o.pattern.scallop);
-  expect_no_higher_ridges(c, o);
+  for (const double share : {0.8, 1.1}) {
+    o.pattern.scallop = share * own;
+    const Compared c = compare(part, o, 6000, 16.0);
+    EXPECT_EQ(c.allowed, o.pattern.scallop);
+    expect_no_higher_ridges(c, o);
+  }
+  // No more than four times what the step leaves on a plane, and half the tolerance.
+  const double radius = o.cutter.radius(), half = o.pattern.side_step / 2.0;
+  o.pattern.scallop = radius / 2.0, o.pattern.measure = StepMeasure::kRidge;
+  EXPECT_NEAR(plan_of(part, o, StepMeasure::kRidge).report.ridge,
+              4.0 * (radius - std::sqrt(radius * radius - half * half)) + o.tolerance / 2.0, 1e-12);
 }
 
 TEST(RidgeRows, WhatTheyAreNotForIsRefused) {
