@@ -18,6 +18,7 @@
 #include "kinematics/joints/joint_path.h"
 #include "kinematics/joints/singularity_bend.h"
 #include "kinematics/timing/lower_bounds.h"
+#include "kinematics/timing/time_by_motion.h"
 #include "kinematics/timing/timing.h"
 #include "pathgen/mesh/mesh_check.h"
 #include "pathgen/part_file/part_model.h"
@@ -115,6 +116,9 @@ class OperationPlan {
   const std::optional<StartTurn>& turn() const { return turn_; }
   const Timing& timing() const { return timing_; }
   LowerBounds bounds() const { return lower_bounds(planned_.path, joints_.moves, job_.machine.model); }
+  TimeByMotion by_motion() const {
+    return time_by_motion(block_path(), joints_.moves, timing_.durations, job_.machine.model);
+  }
   /// As the CL file has it, for any machine.
   const ToolPath& cl_path() const { return planned_.path; }
   /// What the blocks' moves count.

@@ -234,10 +234,8 @@ Result<void> Planning::shorten_operations() {
     if (!part) return tl::unexpected(part.error());
     std::size_t plans = 0;
     const PlanOnce once = [&](const config::Job& job, bool rest) -> std::unique_ptr<OperationPlan> {
-      // Of another direction what it leaves is asked later.
-      if (!rest || job.plan.pattern.measure == pathgen::StepMeasure::kRidge)
-        told_.say("shortest time: plan " + std::to_string(++plans) + " of " + std::to_string(kMostTried) +
-                  " at most");
+      told_.say("shortest time: plan " + std::to_string(++plans) + " of " + std::to_string(kMostTried) +
+                " at most");
       auto plan = std::make_unique<OperationPlan>(job, clock_, told_);
       plan->follow(cuts_);
       if (!plan->plan_path(*part, model_of(job), rest) || !plan->find_joints()) return nullptr;
@@ -245,8 +243,11 @@ Result<void> Planning::shorten_operations() {
     };
     Shortened found = shorten(*one, once);
     if (!told_.show("shortest time", 1.0)) return fail(Code::kCancelled, "cancelled; nothing was written");
-    shortened_.push_back({one->timing().seconds, found.tried, {}});
+    shortened_.push_back({one->timing().seconds, found.tried, {}, {}, 0.0});
     if (found.plan) {
+      shortened_.back().join_distance = found.plan->job().plan.links.join_distance;
+      const pathgen::AxisFrame &before = one->job().plan.axis, &now = found.plan->job().plan.axis;
+      if (now.n != before.n || now.t != before.t) shortened_.back().frame = now;
       shortened_.back().pattern = found.plan->job().plan.pattern;
       one = std::move(found.plan);
     }

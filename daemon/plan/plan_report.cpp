@@ -138,6 +138,16 @@ void add_path(nlohmann::ordered_json& json, const OperationPlan& one) {
                     {"largest_deg", plan.lean->largest.degrees()}};
 }
 
+/// Where the minutes go.
+nlohmann::ordered_json motion_json(const TimeByMotion& t) {
+  return {{"cuts_at_feed_seconds", t.cuts_at_feed},
+          {"slow_axes_seconds", t.slow_axes},
+          {"accelerations_seconds", t.accelerations},
+          {"plunges_seconds", t.plunges},
+          {"rapids_seconds", t.rapids},
+          {"swings_seconds", t.swings}};
+}
+
 /// What the machine is asked for.
 void add_motion(nlohmann::ordered_json& json, const Timing& timing) {
   json["machining_seconds"] = timing.seconds;
@@ -151,6 +161,7 @@ void add_joints(nlohmann::ordered_json& json, const OperationPlan& one) {
   const SingularityBendReport& bend = one.bend();
   json["programmed_seconds"] = joints.seconds;
   json["lower_bounds"] = bounds_json(one.bounds());
+  json["time_by_motion"] = motion_json(one.by_motion());
   json["reconfigurations"] = joints.reconfigurations;
   json["pole_swings"] = joints.pole_swings;
   if (one.job().axis_tolerance.radians() > 0.0)
@@ -192,8 +203,13 @@ nlohmann::ordered_json shortened_json(const PlanOutcome& o) {
                                    {"plans_tried", one.tried},
                                    {"angle_deg", nullptr}};
     if (one.pattern) json["angle_deg"] = one.pattern->angle.degrees();
+    if (one.frame) {
+      const auto vector_json = [](Vec3 v) { return nlohmann::ordered_json{v.x, v.y, v.z}; };
+      json["along"] = "x", json["t"] = vector_json(one.frame->t), json["n"] = vector_json(one.frame->n);
+    }
     if (one.pattern && one.pattern->measure == pathgen::StepMeasure::kRidge)
-      json["measure"] = "ridge", json["scallop_mm"] = one.pattern->scallop;
+      json["measure"] = "ridge", json["scallop_mm"] = one.pattern->scallop,
+      json["join_distance_mm"] = one.join_distance;
     all.push_back(std::move(json));
   }
   return all;
@@ -392,41 +408,6 @@ std::string path_text(const OperationPlan& one) {
   return text;
 }
 
-/// By how much each operation was shortened, and by which keys.
-std::string shortened_text(const PlanOutcome& o) {
-  std::string text;
-  for (std::size_t i = 0; i < o.shortened.size(); ++i) {
-    const ShortenedOperation& one = o.shortened[i];
-    const std::string& name = o.operations[i]->job().operation.name;
-    text += "shortest time" + (name.empty() ? name : ", " + name) + ": ";
-    if (!one.pattern) {
-      text += formatted("none of %zu other plans is quicker and leaves no more\n", one.tried);
-      continue;
-    }
-    text += formatted("%.1f min instead of %.1f, of %zu plans; pattern.angle_deg: %.6g",
-                      o.operations[i]->timing().seconds / 60.0, one.seconds / 60.0, one.tried,
-                      one.pattern->angle.degrees());
-    if (one.pattern->measure == pathgen::StepMeasure::kRidge)
-      text += formatted(", measure: ridge, scallop_mm: %.6g", one.pattern->scallop);
-    text += "\n";
-  }
-  return text;
-}
-
-/// What of the program's time is left to gain, and where.
-std::string bounds_text(const std::vector<const OperationPlan*>& operations, const MachineModel& machine) {
-  LowerBounds all;
-  for (const OperationPlan* one : operations) all.add(one->bounds());
-  const Joints& axes = all.axes;
-  std::string text = formatted(
-      "no less than: the path at its feed %.1f min, each block at its feed or slowest axis %.1f min; "
-      "axes at full speed X %.1f Y %.1f Z %.1f",
-      all.path / 60.0, all.blocks / 60.0, axes.x / 60.0, axes.y / 60.0, axes.z / 60.0);
-  for (const auto& [axis, seconds] : {std::pair{&machine.tilt, axes.a}, {&machine.rotary, axes.c}})
-    if (axis->present) text += formatted(" %c %.1f", axis->letter, seconds / 60.0);
-  return text + " min\n";
-}
-
 /// The joints' figures of all operations as those of one program.
 JointPathReport joints_of_all(const std::vector<const OperationPlan*>& operations) {
   JointPathReport all = operations.front()->joints().report;
@@ -452,8 +433,8 @@ std::string report_text(const PlanOutcome& o) {
   }
   const config::Job& job = o.operations.front()->job();
   text += motion_text({job.machine.model, joints_of_all(o.operations), o.program, o.timing, o.starved});
-  text += shortened_text(o) + feeds_text(o.feeds, o.operations);
-  text += bounds_text(o.operations, job.machine.model);
+  text += shortened_text(o.operations, o.shortened) + feeds_text(o.feeds, o.operations);
+  text += by_motion_text(o.operations) + bounds_text(o.operations, job.machine.model);
   for (const OperationPlan* one : o.operations)
     if (one->turn()) text += start_turn_text(*one->turn(), one->job());
   text += o.proof

@@ -9,19 +9,13 @@
 #include "daemon/plan/engaged_feeds.h"
 #include "daemon/plan/operation_plan.h"
 #include "daemon/plan/proof_process.h"
+#include "daemon/plan/time_report.h"
 #include "daemon/post/block.h"
 #include "kinematics/joints/joint_path.h"
 #include "kinematics/timing/timing.h"
 #include "pathgen/part_file/part_model.h"
 
 namespace tiltfeed::daemon {
-
-/// What was tried to shorten an operation's time.
-struct ShortenedOperation {
-  double seconds = 0.0;                     ///< of the job's own pattern
-  std::size_t tried = 0;                    ///< other plans
-  std::optional<pathgen::Pattern> pattern;  ///< that is quicker; nothing: none
-};
 
 struct PlanOutcome {
   std::vector<const OperationPlan*> operations;  ///< at least one

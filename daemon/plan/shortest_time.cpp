@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace tiltfeed::daemon {
@@ -11,14 +13,29 @@ namespace {
 using pathgen::PatternKind;
 using pathgen::StepMeasure;
 
-/// Rows by their ridges are about so many times as far apart.
-constexpr double kWiderRows = 2.0;
-/// Of the largest ridge of the job's own rows this share is allowed at first; where more is left, the ridge
-/// is lowered to the other share or less, so often.
-constexpr double kFirstRidge = 0.97, kLowerRidge = 0.85, kLowestRidge = 0.3;
+/// Rows by their ridges are about so many times as far apart. Their ends are joined where that is quicker, so
+/// far apart as the tool cuts in this time (s).
+constexpr double kWiderRows = 2.0, kJoinSeconds = 1.0;
+/// Of the largest ridge of the job's own rows this share is allowed at first. Where more is left it is
+/// lowered to one of the other shares, so often.
+constexpr double kFirstRidge = 0.97, kLittleLower = 0.93, kLowerRidge = 0.72;
 constexpr int kRidgesTried = 3;
-/// By so many times what is left too much.
-constexpr double kLowered = 1.2;
+/// Directions that are tried, degrees; and these about the best of them.
+constexpr double kAcross = 90.0, kSlanted[] = {45.0, -45.0}, kHalfTurns[] = {22.5, -22.5};
+/// Where rows across take so many times as long, those between are not tried.
+constexpr double kHopeless = 2.0;
+/// So many rows tell which of them are quicker, or those that are this much further apart; so many of these
+/// are planned whole.
+constexpr double kCoarseRows = 32.0, kFewestRows = 8.0;
+/// Few rows that take so many times as long as the job's own may still be quicker as a whole.
+constexpr double kPromising = 1.1;
+constexpr std::size_t kWholePlans = 3;
+/// Rows by ridges leave less of walls than even ones, if these leave no more than so many times as much.
+constexpr double kLittleWalls = 1.1;
+/// The job's own rows are given ridges where the best even ones are not so many times as quick.
+constexpr double kNearlyAsQuick = 1.25;
+/// Of rows that go round the table's axis already (sine of the angle between).
+constexpr double kRoundTable = 0.02;
 
 /// What the passes leave, mm and mm^2.
 struct Left {
@@ -58,85 +75,205 @@ bool has_ridges(const config::Job& job) {
          plan.radial_stock == 0.0 && plan.axial_stock == 0.0;
 }
 
+/// Rows laid another way; the tool axis at a place is the same.
+struct Variant {
+  pathgen::AxisFrame axis;
+  pathgen::Pattern pattern;
+};
+
+/// The job with it.
+config::Job job_with(config::Job job, const Variant& variant) {
+  job.plan.axis = variant.axis, job.plan.pattern = variant.pattern;
+  double& join = job.plan.links.join_distance;
+  if (variant.pattern.measure == StepMeasure::kRidge && join > 0.0)
+    join = std::max(kWiderRows * join, kJoinSeconds * job.plan.cut_feed.mm_per_s());
+  return job;
+}
+
+/// Is a few rows' time worth finding?
+bool is_coarse_told(const config::Job& job) {
+  return job.plan.pattern.kind == PatternKind::kRaster && job.plan.pattern.measure == StepMeasure::kFlat;
+}
+
 class Search {
  public:
   Search(const OperationPlan& own, const PlanOnce& plan)
-      : own_(own), plan_(plan), left_(left_by(own)), seconds_(own.timing().seconds) {}
+      : own_(own),
+        plan_(plan),
+        left_(left_by(own)),
+        stated_{own.job().plan.axis, own.job().plan.pattern},
+        best_variant_(stated_),
+        fewer_(fewer(own.plan_report())),
+        seconds_(own.timing().seconds) {}
 
   Shortened run() {
     if (!left_) return {};
-    if (has_direction(own_.job())) try_directions();
+    if (has_direction(own_.job())) {
+      if (is_coarse_told(own_.job()))
+        try_promising();
+      else
+        try_directions();
+    }
     if (has_ridges(own_.job())) try_ridges();
     return {std::move(best_), tried_};
   }
 
  private:
-  /// Takes the plan of this pattern where it is quicker and leaves no more. What it leaves where it is
-  /// quicker and leaves more.
-  std::optional<Left> attempt(const pathgen::Pattern& pattern) {
-    if (tried_ >= kMostTried) return std::nullopt;
+  std::unique_ptr<OperationPlan> planned(const config::Job& job, bool rest) {
+    if (tried_ >= kMostTried) return nullptr;
     ++tried_;
-    config::Job job = own_.job();
-    job.plan.pattern = pattern;
-    // Ends of neighbours are further apart, too.
-    if (pattern.measure == StepMeasure::kRidge) job.plan.links.join_distance *= kWiderRows;
-    // What it leaves takes longer to find than its time, and is not asked of one that is no quicker. Of rows
-    // by their ridges it takes less than the rows do.
-    const bool at_once = pattern.measure == StepMeasure::kRidge;
-    std::unique_ptr<OperationPlan> plan = plan_(job, at_once);
+    return plan_(job, rest);
+  }
+
+  /// Why a plan was not taken, and the ridge that was allowed in it.
+  struct Refused {
+    double ridge = 0.0;
+    bool no_area = false;       ///< only at the worst place more is left
+    bool little_walls = false;  ///< only of walls more is left, and not much
+  };
+
+  /// Takes the plan of this variant where it is quicker and leaves no more. Something where it is quicker and
+  /// leaves more.
+  std::optional<Refused> attempt(const Variant& variant) {
+    std::unique_ptr<OperationPlan> plan = planned(job_with(own_.job(), variant), true);
     if (!plan || plan->timing().seconds >= seconds_) return std::nullopt;
-    if (!at_once) plan = plan_(job, true);
-    if (!plan) return std::nullopt;
     const std::optional<Left> left = left_by(*plan);
     if (!left) return std::nullopt;
-    if (!within(left->most, left_->most) || !within(left->over, left_->over) ||
-        !within(left->walls, left_->walls) || !within(left->uncut, left_->uncut))
-      return left;
-    seconds_ = plan->timing().seconds, best_ = std::move(plan);
+    const bool most = within(left->most, left_->most), walls = within(left->walls, left_->walls),
+               others = within(left->over, left_->over) && within(left->uncut, left_->uncut);
+    if (!most || !walls || !others)
+      return Refused{plan->plan_report().ridge, walls && others,
+                     most && others && within(left->walls, kLittleWalls * left_->walls)};
+    seconds_ = plan->timing().seconds, best_ = std::move(plan), best_variant_ = variant;
     return std::nullopt;
   }
 
-  void try_directions() {
-    const pathgen::Pattern stated = own_.job().plan.pattern;
-    for (const double degrees : {45.0, 90.0, -45.0}) turn(stated, degrees);
-    if (!best_) return;
-    const pathgen::Pattern best = best_->job().plan.pattern;
-    for (const double degrees : {22.5, -22.5}) turn(best, degrees);
+  /// With a few rows.
+  double coarse_seconds(const Variant& variant) {
+    config::Job job = job_with(own_.job(), variant);
+    job.plan.pattern.side_step *= fewer_, job.plan.links.join_distance *= fewer_;
+    const std::unique_ptr<OperationPlan> plan = planned(job, false);
+    return plan ? plan->timing().seconds : std::numeric_limits<double>::infinity();
   }
 
-  /// In the best direction and the job's own: rows as far apart as its largest ridge allows. That was found
-  /// at some places; others may keep a little more.
-  void try_ridges() {
-    const pathgen::Pattern own = own_.job().plan.pattern;
-    std::vector<pathgen::Pattern> patterns{best_ ? best_->job().plan.pattern : own};
-    if (best_) patterns.push_back(own);
-    const double first = kFirstRidge * std::min(left_->most, left_->limit);
-    for (pathgen::Pattern& pattern : patterns) {
-      pattern.measure = StepMeasure::kRidge, pattern.scallop = first;
-      for (int k = 0; k < kRidgesTried && pattern.scallop > kLowestRidge * first; ++k) {
-        const std::optional<Left> more = attempt(pattern);
-        if (!more) break;
-        const double lower = kLowerRidge * pattern.scallop, excess = more->most - left_->most;
-        // A single place may leave much more. If it does so again, the ridge is lowered by that.
-        pattern.scallop = k == 0 ? lower : std::min(lower, pattern.scallop - kLowered * excess);
-      }
+  /// Whole plans of those variants that a few rows are quick in, the quickest first, until one is taken.
+  void try_promising() {
+    struct Ranked {
+      double seconds;
+      Variant variant;
+    };
+    std::vector<Ranked> ranked;
+    const double own = coarse_seconds(stated_);
+    const auto rank = [&](const Variant& variant) {
+      const double seconds = coarse_seconds(variant);
+      if (seconds < kPromising * own) ranked.push_back({seconds, variant});
+      return seconds;
+    };
+    const auto sort = [&] {
+      std::stable_sort(ranked.begin(), ranked.end(),
+                       [](const Ranked& a, const Ranked& b) { return a.seconds < b.seconds; });
+    };
+    if (rank(turned(stated_, kAcross)) < kHopeless * own)
+      for (const double degrees : kSlanted) rank(turned(stated_, degrees));
+    sort();
+    if (!ranked.empty())
+      for (const Variant best = ranked.front().variant; const double degrees : kHalfTurns)
+        rank(turned(best, degrees));
+    if (const auto variant = round_the_table()) rank(*variant);
+    sort();
+    for (std::size_t i = 0; i < ranked.size() && i < kWholePlans && !best_; ++i) {
+      const std::optional<Refused> refused = attempt(ranked[i].variant);
+      if (refused && refused->little_walls && !nearly_) nearly_ = ranked[i].variant;
     }
   }
 
-  void turn(pathgen::Pattern pattern, double degrees) {
-    pattern.angle = Angle::from_degrees(std::remainder(pattern.angle.degrees() + degrees, 180.0));
-    attempt(pattern);
+  /// All of them as whole plans. What they leave takes longer to find than their time, and is not asked of
+  /// those that are no quicker.
+  void try_directions() {
+    const auto try_one = [&](const Variant& variant) {
+      const std::unique_ptr<OperationPlan> plan = planned(job_with(own_.job(), variant), false);
+      if (plan && plan->timing().seconds < seconds_) attempt(variant);
+    };
+    for (const double degrees : {kSlanted[0], kAcross, kSlanted[1]}) try_one(turned(stated_, degrees));
+    if (best_)
+      for (const Variant best = best_variant_; const double degrees : kHalfTurns)
+        try_one(turned(best, degrees));
+    if (const auto variant = round_the_table()) try_one(*variant);
+  }
+
+  /// In the best direction, and in the job's own where that may be quicker still: rows as far apart as its
+  /// largest ridge allows. That was found at some places; others may keep a little more.
+  void try_ridges() {
+    const double even = seconds_;
+    const bool others = best_ != nullptr || nearly_;
+    ridges(best_ == nullptr && nearly_ ? *nearly_ : best_variant_);
+    const bool taken = seconds_ < even;
+    if (others && (!taken || own_.timing().seconds < kNearlyAsQuick * even)) ridges(stated_);
+  }
+
+  void ridges(Variant variant) {
+    const double first = kFirstRidge * std::min(left_->most, left_->limit);
+    double& scallop = variant.pattern.scallop;
+    variant.pattern.measure = StepMeasure::kRidge, scallop = first;
+    for (int k = 0; k < kRidgesTried; ++k) {
+      const std::optional<Refused> more = attempt(variant);
+      if (!more) return;
+      // The pattern may allow less than it is asked.
+      const double allowed = std::min(scallop, more->ridge);
+      // A single place may leave more by where rows happen to lie; a little less moves them.
+      scallop = allowed * (more->no_area && k == 0 ? kLittleLower : kLowerRidge);
+    }
+  }
+
+  std::optional<Variant> round_the_table() const {
+    const auto frame = round_table(own_.job().plan);
+    if (!frame) return std::nullopt;
+    Variant variant{*frame, stated_.pattern};
+    variant.pattern.along = pathgen::Along::kX, variant.pattern.angle = {};
+    return variant;
+  }
+
+  static double fewer(const pathgen::PlanReport& report) {
+    return std::clamp(static_cast<double>(report.retracts + report.joins) / kCoarseRows, 1.0, kFewestRows);
+  }
+
+  static Variant turned(Variant variant, double degrees) {
+    Angle& angle = variant.pattern.angle;
+    angle = Angle::from_degrees(std::remainder(angle.degrees() + degrees, 180.0));
+    return variant;
   }
 
   const OperationPlan& own_;
   const PlanOnce& plan_;
   const std::optional<Left> left_;
+  const Variant stated_;
+  Variant best_variant_;
+  const double fewer_;  ///< so many times as far apart rows are at first
   double seconds_;
   std::unique_ptr<OperationPlan> best_;
+  std::optional<Variant> nearly_;  ///< which ridges may do for: its even rows left a little more of walls
   std::size_t tried_ = 0;
 };
 
 }  // namespace
+
+std::optional<pathgen::AxisFrame> round_table(const pathgen::PlanOptions& plan) {
+  const pathgen::Containment& region = plan.containment;
+  if (plan.axis.mode != pathgen::AxisMode::kPoint || region.first.bounded() || region.second.bounded() ||
+      !region.boundary.empty())
+    return std::nullopt;
+  pathgen::AxisFrame frame = plan.axis;
+  const double s = static_cast<double>(frame.sense);
+  const Vec3 b = cross(frame.n, frame.t) * s;
+  if (length(cross(b, plan.up)) < kRoundTable) return std::nullopt;
+  const Vec3 pole = dot(b, plan.up) < 0.0 ? -plan.up : plan.up;
+  const auto across = [&](Vec3 v) { return v - pole * dot(v, pole); };
+  const Vec3 t = across(frame.t), n = across(frame.n);
+  // Without zeros that have a sign, as they are told.
+  frame.t = normalized(length(t) >= length(n) ? t : n) + Vec3{};
+  frame.n = normalized(cross(frame.t, pole * s)) + Vec3{};
+  return frame;
+}
 
 Shortened shorten(const OperationPlan& own, const PlanOnce& plan) { return Search(own, plan).run(); }
 

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include "daemon/plan/operation_plan.h"
 
@@ -18,10 +19,16 @@ struct Shortened {
   std::size_t tried = 0;                ///< plans besides its own
 };
 
+/// Where the axis goes through a point, its frame so turned about that that rows along x' go round the
+/// table's axis: the tilt stands, and the table turns. The tool axis is the same at every place. Nothing in
+/// another mode, where rows go round it already, and where the job bounds the frame's angles.
+std::optional<pathgen::AxisFrame> round_table(const pathgen::PlanOptions& plan);
+
 /// `own`: the job as it is, planned with what it leaves. Tries other directions of the passes, of raster,
-/// split and rough. Evenly spaced rows of a ball may also go as far apart as the largest ridge of its own
-/// allows (StepMeasure::kRidge), in the best direction and its own. Each plan is like the job's own but for
-/// that; rows further apart are joined over twice the distance. Properties: 1 What is taken leaves no more
+/// split and rough. Evenly spaced rows are planned with a quarter of them first, and only the quickest whole.
+/// Evenly spaced rows of a ball may also go as far apart as the largest ridge of its own allows
+/// (StepMeasure::kRidge), in the best direction and its own. Each plan is like the job's own but for that;
+/// rows further apart are joined over twice the distance. Properties: 1 What is taken leaves no more
 /// between passes, no more of the surface over the limit, no more of walls, and no more uncut, than `own`
 /// does (kSameRest). 2 It takes less time. 3 At most kMostTried plans are tried. 4 The same job gives the
 /// same.
@@ -29,6 +36,6 @@ Shortened shorten(const OperationPlan& own, const PlanOnce& plan);
 
 /// Two heights or areas are the same within this share.
 inline constexpr double kSameRest = 1e-3;
-inline constexpr std::size_t kMostTried = 11;
+inline constexpr std::size_t kMostTried = 16;
 
 }  // namespace tiltfeed::daemon

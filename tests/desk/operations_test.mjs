@@ -199,7 +199,7 @@ test('an optimised plan says in words what it has changed', async () => {
   await page.waitForFunction(() => document.querySelector('#blocks, #refused'));
   assert.equal(await page.$('#refused'), null);
   const report = await page.evaluate(async () => (await fetch('/api/v1/plan/report')).json()), [tried] = report.shortest_time;
-  assert.match(await text_of(page, '#plan-words'), tried.angle_deg === null ? /none of \d+ other plans/ : new RegExp(`with the passes at ${tried.angle_deg}°.*, the best of ${tried.plans_tried} plans`));
+  assert.match(await text_of(page, '#plan-words'), tried.angle_deg === null ? /none of \d+ other plans/ : new RegExp(`with the passes ${tried.n ? "round the axis of the table" : `at ${tried.angle_deg}°`}.*, the best of ${tried.plans_tried} plans`));
   assert.equal((await state(page)).plan.optimise, 'time');
   await end(opened);
 });

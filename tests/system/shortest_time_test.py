@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """`plan --optimise time`: on a bar whose rows lie across it the rows along it are taken, and the simulated machine says that
 they are quicker. A job whose own rows are the quickest keeps them, to the byte. On a roof whose sides lie across the rows these
-are set further apart on the flat ground. Nothing is left that a job's own rows do not leave.
+are set further apart on the flat ground. Rows that are quicker and leave more are not taken. Rows over a small ball that swing the head become rows that go round with the table.
+Nothing is left that a job's own rows do not leave.
 
 shortest_time_test.py BIN_FOLDER WORK_FOLDER
 """
@@ -27,7 +28,7 @@ machine: {root}/config/machines/generic-ac.yaml
 JOB = """part: {{name: {part}, stl: {part}.stl}}
 cutter: {{type: ball, diameter_mm: 6, length_mm: 120, shank_length_mm: 60}}
 pattern: {{along: {along}, side_step_mm: {step}, measure: {measure}}}
-""" + KEYS
+{links}""" + KEYS
 
 
 # The second operation cuts the ridges that the first one leaves, so it depends on the direction of that one's rows.
@@ -35,19 +36,21 @@ OPERATIONS = """part: {{name: bar, stl: bar.stl}}
 """ + KEYS + """operations:
   - name: first
     cutter: {{type: ball, diameter_mm: 10, length_mm: 120, shank_length_mm: 60}}
-    pattern: {{along: y, side_step_mm: 3{first}}}
+    pattern: {{along: y, side_step_mm: 3{first[0]}}}
+    links: {first[1]}
     program: {{tool: 1}}
   - name: rest
     cutter: {{type: ball, diameter_mm: 4, length_mm: 120, shank_length_mm: 60}}
-    pattern: {{along: y, side_step_mm: 1{rest}}}
+    pattern: {{along: y, side_step_mm: 1{rest[0]}}}
+    links: {rest[1]}
     rest: {{more_than_mm: 0.1}}
     program: {{tool: 2}}
 """
 
 
-def write_roof(path):
-    """Ground 80 mm by 40 mm, and along the middle of it a roof whose sides lean by 55 degrees."""
-    top = [(-20, 10), (-4, 10), (0, 10 + 4 * math.tan(math.radians(55))), (4, 10), (20, 10)]
+def write_roof(path, degrees):
+    """Ground 80 mm by 40 mm, and along the middle of it a roof 8 mm wide whose sides lean by `degrees`."""
+    top = [(-20, 10), (-4, 10), (0, 10 + 4 * math.tan(math.radians(degrees))), (4, 10), (20, 10)]
     outline = top + [(20, 0), (-20, 0)]
     ends = [(a, b) for a, b in zip(outline, outline[1:] + outline[:1])]
     with open(path, "w", encoding="utf-8") as out:
@@ -67,6 +70,35 @@ def write_roof(path):
                     facet(*(corners if not turned else corners[::-1]))
         out.write("endsolid roof\n")
 
+# A ball of which the upper half is cut, with all axes through its middle.
+BALL = """part: {{name: ball, stl: ball.stl}}
+cutter: {{type: ball, diameter_mm: 2, length_mm: 80, shank_length_mm: 20}}
+axis: {{mode: point, sense: outward, origin_mm: [0, 0, 0], t: {t}, n: {n}}}
+pattern: {{along: {along}, side_step_mm: 0.3{more[0]}}}
+links: {more[1]}
+tolerance_mm: 0.01
+clearance_mm: 2
+approach_mm: 0.4
+feeds: {{cut_mm_per_min: 2000, plunge_mm_per_min: 400}}
+setup: {{part_zero_mm: [0, 0, 250], tilt_max_deg: 90}}
+machine: {root}/config/machines/generic-ac.yaml
+"""
+
+
+def write_ball(path, radius, rings=24, spokes=48):
+    def place(i, j):
+        polar, turn = math.pi * i / rings, 2 * math.pi * (j % spokes) / spokes
+        return tuple(radius * v for v in (math.sin(polar) * math.cos(turn), math.sin(polar) * math.sin(turn), math.cos(polar)))
+
+    with open(path, "w", encoding="utf-8") as out:
+        out.write("solid ball\n")
+        for i in range(rings):
+            for j in range(spokes):
+                a, b, c, d = place(i, j), place(i + 1, j), place(i + 1, j + 1), place(i, j + 1)
+                for corners in ([(a, b, c)] if i < rings - 1 else []) + ([(a, c, d)] if i > 0 else []):
+                    out.write("facet normal 0 0 0\nouter loop\n" + "".join(f"vertex {x} {y} {z}\n" for x, y, z in corners) + "endloop\nendfacet\n")
+        out.write("endsolid ball\n")
+
 
 class Shop:
     def __init__(self, binaries, work):
@@ -74,15 +106,24 @@ class Shop:
         shutil.rmtree(self.work, ignore_errors=True)
         os.makedirs(self.work)
         write_box(f"{self.work}/bar.stl", 60, 6, 10)
-        write_roof(f"{self.work}/roof.stl")
+        write_roof(f"{self.work}/roof.stl", 55)
+        write_roof(f"{self.work}/steep.stl", 70)
+        write_ball(f"{self.work}/ball.stl", 4)
+        self.write_ball_job("b", "[1, 0, 0]", "[0, 0, 1]", "y", NO_KEYS)
         for along in "xy":
             self.write(along, "bar", along=along, step=1, measure="flat")
         self.write("s", "bar", along="x", step=1, measure="surface")
         self.write("r", "roof", along="x", step=0.8, measure="flat")
+        self.write("beside", "steep", along="y", step=0.8, measure="flat")
+        self.write("turned", "steep", along="x", step=0.8, measure="flat")
 
-    def write(self, name, part, **pattern):
+    def write(self, name, part, links="", **pattern):
         with open(f"{self.work}/{name}.yaml", "w", encoding="utf-8") as out:
-            out.write(JOB.format(part=part, root=ROOT, **pattern))
+            out.write(JOB.format(part=part, root=ROOT, links=links, **pattern))
+
+    def write_ball_job(self, name, t, n, along, more):
+        with open(f"{self.work}/{name}.yaml", "w", encoding="utf-8") as out:
+            out.write(BALL.format(root=ROOT, t=t, n=n, along=along, more=more))
 
     def call(self, *words):
         done = subprocess.run([f"{self.bin}/tiltfeed", *words], cwd=self.work, capture_output=True, text=True, check=False)
@@ -106,9 +147,14 @@ class Shop:
         return report["machining_seconds"]
 
 
+# Of a pattern and of links.
+NO_KEYS = "", "{}"
+
+
 def keys_of(told):
-    """What is told of an operation, as keys of its pattern."""
-    return "".join(f", {key}: {told[key]}" for key in ("angle_deg", "measure", "scallop_mm") if told.get(key) is not None)
+    """What is told of an operation, as keys of its pattern and of its links."""
+    links = "{}" if told.get("join_distance_mm") is None else f"{{join_distance_mm: {told['join_distance_mm']!r}}}"
+    return "".join(f", {key}: {told[key]}" for key in ("angle_deg", "measure", "scallop_mm") if told.get(key) is not None), links
 
 
 def main():
@@ -137,19 +183,41 @@ def main():
     left = [report["uncut"]["between_passes"]["most_mm"] for report in (wide, even)]
     assert left[0] <= left[1] * 1.001, left
     assert wide["uncut"]["area_mm2"] <= even["uncut"]["area_mm2"] * 1.001 + 1e-6
-    shop.write("again", "roof", along="x", step=0.8, measure=f"ridge, scallop_mm: {told['scallop_mm']!r}, angle_deg: {told['angle_deg']!r}")
+    shop.write("again", "roof", along="x", step=0.8, measure=f"ridge, scallop_mm: {told['scallop_mm']!r}, angle_deg: {told['angle_deg']!r}",
+               links=f"links: {keys_of(told)[1]}\n")
     assert shop.plan("again")["machining_seconds"] == wide["machining_seconds"], "the keys that were told give another plan"
     own, wider = shop.machine_seconds("r", 0), shop.machine_seconds("r", 2)
     assert wider < 0.85 * own, f"the machine takes {wider} s instead of {own}"
+    # Rows along the foot of a steep roof are quicker than those up and down it, and leave more of its sides.
+    across, turned, found = shop.plan("beside"), shop.plan("turned"), shop.plan("beside", "--optimise", "time")
+    assert turned["machining_seconds"] < across["machining_seconds"], "the roof does not tell rows apart"
+    most, limit, found_most = [report["uncut"]["between_passes"]["most_mm"] for report in (turned, across, found)]
+    assert most > 1.5 * limit, (most, limit)
+    assert found_most <= limit * 1.001, (found_most, limit)
+
     # Where an operation cuts what the ones before leave it is planned for what these leave in their new directions.
-    found, blocks = shop.plan_operations("found", "", "", "--optimise", "time")
+    found, blocks = shop.plan_operations("found", NO_KEYS, NO_KEYS, "--optimise", "time")
     first, rest = [keys_of(told) for told in found["shortest_time"]]
     assert first, found["shortest_time"]
     _, stated = shop.plan_operations("stated", first, rest)
     assert blocks == stated, "another program than that of a job with the keys that were told"
-    _, unturned = shop.plan_operations("own", "", rest)
+    _, unturned = shop.plan_operations("own", NO_KEYS, rest)
     assert unturned != stated, "the keys make no difference"
-    print(f"shortest time: bar {after:.1f} s instead of {before:.1f}, roof {wider:.1f} instead of {own:.1f}")
+    swinging, found = shop.plan("b"), shop.plan("b", "--optimise", "time")
+    told = found["shortest_time"][0]
+    assert told["along"] == "x" and abs(told["n"][2]) < 1e-12 and abs(told["t"][2]) < 1e-12, told
+    for what in ("most_mm", "area_over_mm2", "walls_over_mm3"):
+        assert found["uncut"]["between_passes"][what] <= swinging["uncut"]["between_passes"][what] * 1.001 + 1e-9, what
+    assert found["uncut"]["area_mm2"] <= swinging["uncut"]["area_mm2"] * 1.001 + 1e-6
+    swung, round_table = shop.machine_seconds("b", 0), shop.machine_seconds("b", 2)
+    assert round_table < 0.7 * swung, f"the machine takes {round_table} s instead of {swung}"
+    shop.write_ball_job("b_again", told["t"], told["n"], told["along"], keys_of(told))
+    shop.plan("b_again")
+    with open(f"{shop.work}/b2.nc", encoding="utf-8") as taken, open(f"{shop.work}/b_again0.nc", encoding="utf-8") as again:
+        taken, again = ([line for line in program if not line.lstrip().startswith("(")] for program in (taken, again))
+        assert taken == again, "the keys that were told give another program"
+
+    print(f"shortest time: ball {round_table:.1f} s instead of {swung:.1f}, bar {after:.1f} s instead of {before:.1f}, roof {wider:.1f} instead of {own:.1f}")
 
 
 if __name__ == "__main__":

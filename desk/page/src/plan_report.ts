@@ -20,7 +20,7 @@ export interface PathReport {
 }
 
 interface AvoidedLink { operation: string; link: number; higher_mm: number; at_feed: boolean; turn: string }
-interface Shortened { seconds_before: number; seconds: number; plans_tried: number; angle_deg: number | null; scallop_mm?: number }
+interface Shortened { seconds_before: number; seconds: number; plans_tried: number; angle_deg: number | null; scallop_mm?: number; n?: number[] }
 interface FollowedFeed {
   kept: boolean; machine_seconds_before: number; machine_seconds: number; blocks_before: number; blocks: number; largest_chip: number; largest_edge_load: number; largest_turn_load: number;
 }
@@ -91,7 +91,7 @@ export function optimise_words(report: Report, i: number): string[] {
   const words: string[] = [], time = report.shortest_time?.[i], feed = report.feed_by_engagement?.[i];
   if (time) words.push(time.angle_deg === null
     ? `Shortest time: none of ${time.plans_tried} other plans is quicker and leaves no more.`
-    : `Shortest time: ${time_text(time.seconds)} instead of ${time_text(time.seconds_before)} with the passes at ${mm(time.angle_deg)}°${time.scallop_mm === undefined ? '' : ` and ridges of ${mm(time.scallop_mm)} mm`}, the best of ${time.plans_tried} plans.`);
+    : `Shortest time: ${time_text(time.seconds)} instead of ${time_text(time.seconds_before)} with the passes ${time.n ? 'round the axis of the table' : `at ${mm(time.angle_deg)}°`}${time.scallop_mm === undefined ? '' : ` and ridges of ${mm(time.scallop_mm)} mm`}, the best of ${time.plans_tried} plans.`);
   if (feed) words.push(feed.kept ? 'Feed by engagement: nothing is quicker within the largest loads; the feeds are the job\'s.'
     : `Feed by engagement: the simulated machine takes ${time_text(feed.machine_seconds)} instead of ${time_text(feed.machine_seconds_before)}. ` +
       `Of the largest before, the largest chip is ${(100 * feed.largest_chip).toFixed(0)} %, the load on an edge ${(100 * feed.largest_edge_load).toFixed(0)} %, over a turn ${(100 * feed.largest_turn_load).toFixed(0)} %.`);
