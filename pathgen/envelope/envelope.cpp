@@ -347,9 +347,15 @@ LineEnvelope Envelope::along_candidates(const FlatLine& line, double least) {
 LineEnvelope Envelope::guarded(LineEnvelope found, const FlatLine& line, double least) {
   if (!has_guards()) return found;
   // The cutting part alone shows how low shank and holder come.
-  const PassFloor floor(found.passes, line, options_.tolerance, least);
+  PassFloor floor(found.passes, line, options_.tolerance, least);
   if (!find_guards(line, floor)) return found;
-  return raised(found, line, floor);
+  cutter_.swap(candidates_);
+  for (;;) {
+    LineEnvelope all = raised(found, line, floor);
+    // A move along an edge stays up where its places, asked one by one, fall past the edge.
+    if (!floor.open_over(all.passes, line)) return all;
+    find_guards(line, floor);
+  }
 }
 
 /// The passes of the cutting part, traced again where shank or holder may rise over them.
@@ -359,7 +365,6 @@ LineEnvelope Envelope::raised(const LineEnvelope& found, const FlatLine& line, c
   for (const Pass& pass : found.passes)
     all.cut.push_back({line.run_of(pass.front().flat.x, pass.front().flat.y),
                        line.run_of(pass.back().flat.x, pass.back().flat.y)});
-  cutter_.swap(candidates_);
   PassSplice splice(found.passes, line);
   for (const auto& [from, to] : floor.stretches(guards_, line.length)) {
     candidates_.clear();

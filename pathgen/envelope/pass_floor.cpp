@@ -15,7 +15,8 @@ double run_of(const FlatLine& line, const EnvelopePoint& p) { return line.run_of
 
 }  // namespace
 
-PassFloor::PassFloor(std::span<const Pass> passes, const FlatLine& line, double slack, double least) {
+PassFloor::PassFloor(std::span<const Pass> passes, const FlatLine& line, double slack, double least)
+    : least_(least) {
   run_.push_back(-kInfinity), low_.push_back(least);
   for (const Pass& pass : passes) {
     for (std::size_t i = 0; i < pass.size(); ++i) {
@@ -28,13 +29,31 @@ PassFloor::PassFloor(std::span<const Pass> passes, const FlatLine& line, double 
     run_[run_.size() - pass.size()] -= kSame, run_.back() += kSame;
   }
   run_.push_back(kInfinity);
-  lowest_.push_back(low_);
+  sum_up();
+}
+
+void PassFloor::sum_up() {
+  lowest_.assign(1, low_);
   for (std::size_t width = 1; 2 * width <= low_.size(); width *= 2) {
     const std::vector<double>& half = lowest_.back();
     std::vector<double> whole(low_.size() - 2 * width + 1);
     for (std::size_t i = 0; i < whole.size(); ++i) whole[i] = std::min(half[i], half[i + width]);
     lowest_.push_back(std::move(whole));
   }
+}
+
+bool PassFloor::open_over(std::span<const Pass> passes, const FlatLine& line) {
+  bool opened = false;
+  for (const Pass& pass : passes)
+    for (std::size_t i = 0; i < pass.size(); ++i) {
+      const std::size_t next = std::min(i + 1, pass.size() - 1);
+      const double low = std::min(pass[i].flat.z, pass[next].flat.z);
+      const auto [first, last] = moves(run_of(line, pass[i]), run_of(line, pass[next]));
+      for (std::size_t k = first; k < last; ++k)
+        if (low < low_[k] && low_[k] > least_) low_[k] = least_, opened = true;
+    }
+  if (opened) sum_up();
+  return opened;
 }
 
 std::pair<std::size_t, std::size_t> PassFloor::moves(double from, double to) const {

@@ -39,15 +39,21 @@ class PassFloor {
     }
   }
 
+  /// Makes moves over which `passes`, which were traced anew, lie lower than this floor as low as may be.
+  /// False where there are none.
+  bool open_over(std::span<const Pass> passes, const FlatLine& line);
+
   /// What the candidates cover, out to the points of the passes round it, so that moves are replaced as a
   /// whole; `length`: of the line. Apart from each other, rising.
   std::vector<std::pair<double, double>> stretches(std::span<const Candidate> candidates,
                                                    double length) const;
 
  private:
+  void sum_up();
   /// The moves, and gaps, that meet the stretch: [first, last).
   std::pair<std::size_t, std::size_t> moves(double from, double to) const;
 
+  double least_;
   std::vector<double> run_;                  ///< of the points; infinite before the first and after the last
   std::vector<double> low_;                  ///< of the move from there to the next, less the slack
   std::vector<std::vector<double>> lowest_;  ///< [k][i]: of 2^k moves from i on

@@ -234,6 +234,91 @@ TEST_P(GuardCells, FewAreAskedWhateverTheMesh) {
   }
 }
 
+/// A step whose rim runs aslant to the axis line, and a tower on it: the holder meets that over a part of the
+/// rim.
+struct Step {
+  static constexpr double kGround = 40.0, kTop = 57.0, kTower = 85.0;
+  AxisFrame frame{AxisMode::kLine, Sense::kOutward, {}, {1, 0, 0}, {0, 0, 1}, 0.0};
+  Deformation map{frame, kGround};
+  Mesh mesh;
+  PlanOptions options = Yard::options_of(frame);
+  ClSurface cutter, all;
+  FlatIndex index;
+
+  Step()
+      : mesh(soup()),
+        cutter(mesh, Sides::kBoth, {tool_pieces(options).front()}),
+        all(mesh, Sides::kBoth, tool_pieces(options)),
+        index(FlatIndex(make_flat_hulls(cutter, map, 0.5), map), all.numbers_of(cutter),
+              make_flat_hulls(all, map, 0.5, {},
+                              [this](PatchId patch) { return all.piece(patch).part != ToolPart::kCutter; }),
+              map) {}
+
+  static Mesh soup() {
+    Mesh mesh;
+    const auto quad = [&mesh](Point<Part> a, Point<Part> b, Point<Part> c, Point<Part> d) {
+      const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+      mesh.vertices.insert(mesh.vertices.end(), {a, b, c, d});
+      mesh.facets.push_back({first, first + 1, first + 2}),
+          mesh.facets.push_back({first, first + 2, first + 3});
+      mesh.source.insert(mesh.source.end(), 2, static_cast<std::uint32_t>(mesh.source.size()));
+    };
+    quad({-20, -15, kGround}, {20, -15, kGround}, {20, 15, kGround}, {-20, 15, kGround});
+    quad({-20, -15, kTop}, {-6, -15, kTop}, {6, 15, kTop}, {-20, 15, kTop});
+    quad({-6, -15, kGround}, {6, 15, kGround}, {6, 15, kTop}, {-6, -15, kTop});
+    quad({-6.4, -15, kTop}, {-6.4, 1, kTop}, {-6.4, 1, kTower}, {-6.4, -15, kTower});
+    quad({-20, 1, kTop}, {-6.4, 1, kTop}, {-6.4, 1, kTower}, {-20, 1, kTower});
+    return mesh;
+  }
+  /// By brute force.
+  double highest(const ClSurface& surface, double x, double y) const {
+    Deformation::Angles angles;
+    const AxisLine line = map.axis_line(x, y, angles);
+    double top = -1e9;
+    for (PatchId patch = 0; patch < surface.patch_count(); ++patch)
+      if (ClHit hit; surface.top(patch, line, hit)) top = std::max(top, hit.z);
+    return top;
+  }
+  /// The last x' at which the cutting part touches the rim.
+  double rim(double y) const {
+    double on = -4.0, off = 12.0;
+    while (off - on > 1e-12) {
+      const double middle = 0.5 * (on + off);
+      (highest(cutter, middle, y) > kTop ? on : off) = middle;
+    }
+    return on;
+  }
+};
+
+/// A straight move along the rim stays up. Its flat line is beside the rim by a hair: places of it, asked one
+/// by one where the tower cuts the move up, fall past the rim. There the rim meets the holder, lower than
+/// anything that the whole move has to ask for.
+TEST(GuardHulls, AMoveAlongARimThatIsCutUpKeepsTheHolderOff) {
+  const Step step;
+  Envelope envelope(step.all, step.map, step.index, {0.02, 0.03});
+  // Where the holder no longer meets the tower.
+  double met = 0.8, clear = 3.8;
+  while (clear - met > 1e-6) {
+    const double middle = 0.5 * (met + clear);
+    (step.highest(step.all, step.rim(middle), middle) > Step::kTop + 5.0 ? met : clear) = middle;
+  }
+  std::mt19937 random(3);
+  std::size_t past = 0, over = 0;
+  for (int i = 0; i < 60; ++i) {
+    const double y = std::uniform_real_distribution(met - 0.02, met + 0.04)(random),
+                 y2 = y + std::uniform_real_distribution(0.2, 0.3)(random);
+    const double x = step.rim(y), x2 = step.rim(y2), run = std::hypot(x2 - x, y2 - y);
+    const LineEnvelope found = envelope.along({x, y, (x2 - x) / run, (y2 - y) / run, run});
+    for (const Pass& pass : found.passes)
+      for (const EnvelopePoint& p : pass) {
+        EXPECT_EQ(p.flat.z, step.highest(step.all, p.flat.x, p.flat.y)) << y << ", " << y2;
+        ++(step.highest(step.cutter, p.flat.x, p.flat.y) < Step::kTop - 5.0 ? past : over);
+      }
+  }
+  EXPECT_GT(past, 50u);
+  EXPECT_GT(over, 50u);
+}
+
 INSTANTIATE_TEST_SUITE_P(
     Modes, GuardCells,
     testing::Values(Case{"fixed", {AxisMode::kFixed, Sense::kOutward, {}, {1, 0, 0}, {0, 0, 1}, 0.0}},
