@@ -49,6 +49,7 @@ bool Joins::may_cut(const Pass& pass) const {
   const Deformation& map = field_.deformation;
   for (std::size_t i = 0; i < pass.size(); ++i) {
     if (i > 0 && !travel_.within_tilt(pass[i - 1].axis, pass[i].axis)) return false;
+    if (options_.known && !options_.known(pass[i].flat)) return false;
     if (!options_.allowed) continue;
     EnvelopePoint p = pass[i];  // a line past the seam has its points a turn on
     p.flat.x = short_way(0.0, p.flat.x, map.period_x()), p.flat.y = short_way(0.0, p.flat.y, map.period_y());

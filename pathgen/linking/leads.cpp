@@ -77,8 +77,8 @@ std::vector<Point<Flat>> Leads::arc(const EnvelopePoint& end, const EnvelopePoin
   Point<Flat> from = end.flat;
   for (const Point<Flat>& to : places) {
     const Pose a = travel_.pose(from), b = travel_.pose(to);
-    const bool clear = travel_.within_tilt(a.axis, b.axis) && over_envelope(field_, envelope_, from, to) &&
-                       opposite_wall_.travel_clear(a, b);
+    const bool clear = (!options_.known || options_.known(to)) && travel_.within_tilt(a.axis, b.axis) &&
+                       over_envelope(field_, envelope_, from, to) && opposite_wall_.travel_clear(a, b);
     if (!clear) return {};
     from = to;
   }

@@ -57,6 +57,9 @@ struct Linking {
   Vec3 up{0, 0, 1};        ///< the table's axis in part directions, unit
   Angle tilt_max = Angle::from_degrees(180.0);  ///< largest angle of the tool axis to `up`
   PassOrder order = PassOrder::kRegions;
+  /// Are shank and holder known at this place, that is, not lower than passes come? Asked on the way of joins
+  /// and leads. Empty: everywhere.
+  std::function<bool(Point<Flat>)> known{};
   /// May a point be cut? It is asked of the points of joins. Empty: all may.
   std::function<bool(const EnvelopePoint&)> allowed{};
   /// And a straight move between two of them? Empty: any.

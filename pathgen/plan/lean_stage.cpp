@@ -38,11 +38,13 @@ Result<void> LeanStage::run(const ClField& cutter, const Passes& found,
                             const ReportShare& share) {
   std::vector<std::string> told_before;
   if (options_.fixtures) {
-    auto field = make_field(part_, options_, told_before, part_of(share, 0.0, 0.1));
-    if (!field) return tl::unexpected(field.error());
-    fixtures_ = std::move(*field);
+    auto made = make_field(part_, options_, told_before, part_of(share, 0.0, 0.1));
+    if (!made) return tl::unexpected(made.error());
+    fixtures_ = std::move(*made);
   }
-  guarded_ = holder_field(fixtures_ ? *fixtures_ : cutter, options_, found, false, part_of(share, 0.1, 0.2));
+  const ClField& field = fixtures_ ? *fixtures_ : cutter;
+  depth_.emplace(found, field, options_);
+  guarded_ = holder_field(field, options_, *depth_, false, part_of(share, 0.1, 0.2));
   if (share && !share(0.2)) return cancelled();
   if (!guarded_ && fixtures_) guarded_ = std::move(fixtures_);
   if (!guarded_) return {};  // nothing comes near shank or holder

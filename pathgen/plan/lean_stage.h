@@ -2,6 +2,7 @@
 // Where a predefined axis gives way: the passes lean, and what links them comes to know of it.
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "kinematics/basics/result.h"
@@ -11,6 +12,7 @@
 #include "pathgen/mesh/mesh.h"
 #include "pathgen/options/plan_options.h"
 #include "pathgen/options/plan_report.h"
+#include "pathgen/pattern/pass_depth.h"
 #include "pathgen/pattern/passes.h"
 #include "pathgen/plan/rest_material.h"
 #include "pathgen/surface/cl_field.h"
@@ -31,6 +33,8 @@ class LeanStage {
 
   /// For upright tools on the way from pass to pass: with all that may lean as it stands.
   const ClField& linked() const { return guarded_ ? *guarded_ : field_; }
+  /// Does linked() know shank and holder at this place?
+  bool knows(Point<Flat> place) const { return !depth_ || depth_->knows(place); }
   const LeanedWays& ways() const { return ways_; }
   /// What keeps an upright tool off.
   std::optional<HeldStand> held(const EnvelopePoint& stand) const;
@@ -42,6 +46,7 @@ class LeanStage {
   const PlanOptions& options_;
   const ClField& field_;
   std::unique_ptr<const ClField> fixtures_, guarded_;
+  std::optional<PassDepth> depth_;
   LeanTool tool_;
   Envelope envelope_;  ///< of the field of the passes
   LeanedWays ways_;

@@ -183,7 +183,8 @@ class Planner {
   /// Passes that keep shank and holder off, and what is cut into where they only report.
   Result<void> heed_guards(std::shared_ptr<const ClField>& field, Result<Passes>& passes) {
     if (!stages_.begin("guards")) return cancelled();
-    auto guarded = holder_field(*field, pass_options_, *passes, false, share_);
+    depth_.emplace(*passes, *field, pass_options_);
+    auto guarded = holder_field(*field, pass_options_, *depth_, false, share_);
     if (stages_.stopped()) return cancelled();
     const bool again =
         guarded != nullptr || options_.smoothing > 0.0 || options_.pattern.measure == StepMeasure::kRidge;
@@ -191,7 +192,8 @@ class Planner {
     if (again) passes = trace("shank and holder", *field, options_.smoothing);
     if (!passes) return tl::unexpected(passes.error());
     if (!stages_.begin("touches")) return cancelled();
-    if (auto reported = holder_field(*field, pass_options_, *passes, true, part_of(share_, 0.0, 0.5)))
+    if (auto reported = holder_field(*field, pass_options_, {*passes, *field, pass_options_}, true,
+                                     part_of(share_, 0.0, 0.5)))
       warn_touches(find_touches(*reported, envelope_, *passes, part_of(share_, 0.5, 1.0)), report_);
     if (stages_.stopped()) return cancelled();
     return {};
@@ -327,6 +329,10 @@ class Planner {
                         .order = as_given_                                         ? PassOrder::kGiven
                                  : options_.pattern.measure == StepMeasure::kRidge ? PassOrder::kTimed
                                                                                    : PassOrder::kRegions,
+                        .known =
+                            [this](Point<Flat> place) {
+                              return (!depth_ || depth_->knows(place)) && (!lean_ || lean_->knows(place));
+                            },
                         .allowed =
                             [rules = PointRules(options_, linked_field)](const EnvelopePoint& p) {
                               return !rules.refusal(p) && rules.region().contains(p.flat) &&
@@ -401,6 +407,7 @@ class Planner {
   double top_ = -std::numeric_limits<double>::infinity();  ///< highest z' of the envelope
   std::shared_ptr<const ClField> cutter_field_;  ///< where passes may lean: that of the cutting part
   Passes found_;                                 ///< and the passes that it gave
+  std::optional<PassDepth> depth_;               ///< under which the field knows neither shank nor holder
   std::optional<LeanStage> lean_;
   ToolPath& path_;
   PlanReport& report_;

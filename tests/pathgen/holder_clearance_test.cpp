@@ -127,6 +127,48 @@ TEST(Guards, ATrimmedContourHasNoMoveOnWhichTheShankAloneTouches) {
   EXPECT_GT(poses, 100u);
 }
 
+/// A groove that the cutting part fits into and the shank does not, between rows of 8 mm.
+struct Groove {
+  CheckedMesh part = sheet(kUpright, {-20, 20, -12, 12, 2, 480},
+                           [](double, double v) { return std::abs(v) < 2.52 ? 0.0 : 15.0; });
+  sim::PartDistance surface{part.mesh};
+  PlanOptions slim = options_with(kUpright);
+  std::size_t low = 0, poses = 0;
+
+  Groove() {
+    slim.cutter = {4.0, 100.0, 40.0};
+    slim.cutter.cutting_length = 8.0;
+    slim.containment.first = {-15.0, 15.0};
+    slim.pattern.side_step = 8.0;
+  }
+  /// Counts poses of the slim tool in the groove. The shank of the wide one keeps clear, wherever rows lie.
+  void hold() {
+    for (const double aside : {0.0, 1.0, 2.0, 3.0, 4.0}) {
+      slim.containment.second = {-8.0 + aside, 8.0 + aside};
+      PlanOptions wide = slim;
+      wide.cutter.shank_diameter = 5.2, wide.shank = {0.0, Reaction::kTrim};
+      const sim::ToolSolid tool(wide.cutter);
+      for (const CutRun& run : dense(runs_of(part, slim), 0.2))
+        for (const Pose& pose : run) low += pose.tip.z < 1.0 ? 1 : 0;
+      for (const CutRun& run : dense(runs_of(part, wide), 0.2))
+        for (const Pose& pose : run) {
+          ++poses;
+          EXPECT_GE(tool.clearance(surface, pose, sim::ToolPart::kShank, 1.0).value, -slim.tolerance)
+              << to_string(pose.tip);
+        }
+    }
+  }
+};
+
+/// No pass comes down there, a join would.
+TEST(Guards, AJoinGoesNoLowerThanShankAndHolderAreKnown) {
+  Groove groove;
+  groove.slim.links.join_distance = 10.0, groove.slim.links.clearance = 300.0;
+  groove.hold();
+  EXPECT_GT(groove.low, 10u);
+  EXPECT_GT(groove.poses, 500u);
+}
+
 TEST(Guards, RetractingKeepsAllColumnsAndRaisesTheTool) {
   const Shop shop(Reaction::kRetract);
   const auto plain = runs_of(shop.part, shop.plain);
