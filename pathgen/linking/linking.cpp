@@ -147,7 +147,8 @@ class Linker {
     }
     push(pose_at(way.top, start.axis, options_.reference_height), MoveKind::kPlunge);
     const double over = options_.leaned->rapid_end(start);
-    if (over < distance(start.centre, way.top))
+    // What is known of the stock is along the axes of the field: along others the whole way is a plunge.
+    if (!options_.free_from && over < distance(start.centre, way.top))
       push(pose_at(start.centre + start.axis * over, start.axis, options_.reference_height),
            MoveKind::kRapid);
     push(pose_of(start), MoveKind::kPlunge, surface_.facet_of(start.patch));

@@ -5,10 +5,12 @@
 
 #include <array>
 #include <cmath>
+#include <memory>
 #include <vector>
 
 #include "pathgen/lean/lean_stations.h"
 #include "pathgen/lean/leaned_passes.h"
+#include "pathgen/tool/blank_solid.h"
 #include "sim/solid/tool_solid.h"
 #include "tests/judges/reach.h"
 #include "tests/judges/tool_proof.h"
@@ -132,6 +134,29 @@ TEST(Lean, BesideAWallIsWhatTheFormulaSays) {
   expect_within_limits(made.path, o);
   expect_clear(part, made.path, o);
   EXPECT_NEAR(made.report.lean->largest.radians(), needed_lean(8.5, 17.5, 2.0), 3.0 * kDegree);
+}
+
+/// Before the first operation the blank stands: no rapid of a tool that leans ends in it.
+TEST(Lean, KeepsRapidsOutOfTheBlank) {
+  const CheckedMesh part = floor_beside_wall();
+  PlanOptions o = leaning_options(kUpright, 50.0);
+  o.containment.first = {15.0, 45.0}, o.containment.second = {0.0, 6.0};
+  o.links.join_distance = 0.0;
+  Box box = part.bounds;
+  box.max.z += 40.0;
+  o.blank = std::make_shared<const BlankSolid>(BlankSolid::box(box));
+  o.from_blank = true;
+  const Plan made = planned(part, o);
+  std::size_t leaning = 0, plunges = 0;
+  for (const Move& move : made.path.moves) {
+    const bool leans = lean_of(move.pose, o) > kDegree;
+    if (move.kind == MoveKind::kPlunge) plunges += leans && o.blank->holds(move.pose.tip, 0.0) ? 1 : 0;
+    if (move.kind != MoveKind::kRapid) continue;
+    leaning += leans ? 1 : 0;
+    EXPECT_FALSE(o.blank->holds(move.pose.tip, 0.0)) << pasteable(move.pose);
+  }
+  EXPECT_GT(leaning, 1u);
+  EXPECT_GT(plunges, 1u);
 }
 
 /// Between two walls there is no lean: what is further from both than the holder is wide needs none.
