@@ -72,9 +72,9 @@ std::string one_line(std::string text) {
 /// What the case's process prints: a line of figures, then lines of words.
 void print(const CaseResult& r) {
   const Verdict& v = r.verdict;
-  std::printf("%.9g %.9g %.9g %.9g %zu %zu %.3f %.3f %zu %zu %zu %zu\n", v.gouge, v.rapid, v.contact, v.left,
-              v.poses, v.surface_points, r.plan_seconds, r.judge_seconds, r.facets, r.moves, r.damaged,
-              r.damaged_refused);
+  std::printf("%.9g %.9g %.9g %.9g %zu %zu %zu %.3f %.3f %zu %zu %zu %zu\n", v.gouge, v.rapid, v.contact,
+              v.left, v.poses, v.surface_points, v.stock_places, r.plan_seconds, r.judge_seconds, r.facets,
+              r.moves, r.damaged, r.damaged_refused);
   std::printf("%s\n%s\n", one_line(r.story).c_str(), one_line(r.refusal).c_str());
   for (const std::string& finding : v.findings) std::printf("%s\n", one_line(finding).c_str());
 }
@@ -82,8 +82,8 @@ void print(const CaseResult& r) {
 bool parse(const std::string& text, CaseResult& r) {
   std::istringstream in(text);
   Verdict& v = r.verdict;
-  in >> v.gouge >> v.rapid >> v.contact >> v.left >> v.poses >> v.surface_points >> r.plan_seconds >>
-      r.judge_seconds >> r.facets >> r.moves >> r.damaged >> r.damaged_refused;
+  in >> v.gouge >> v.rapid >> v.contact >> v.left >> v.poses >> v.surface_points >> v.stock_places >>
+      r.plan_seconds >> r.judge_seconds >> r.facets >> r.moves >> r.damaged >> r.damaged_refused;
   std::string line;
   if (!std::getline(in, line) || !std::getline(in, r.story) || !std::getline(in, r.refusal)) return false;
   while (std::getline(in, line)) v.findings.push_back(line);
@@ -171,13 +171,14 @@ class Campaign {
     if (r.plan_seconds > slowest_) slowest_ = r.plan_seconds, slowest_seed_ = seed;
     if (!r.refusal.empty()) ++refused_, ++reasons_[kind_of(r.refusal)];
     if (r.refusal.empty() && v.findings.empty()) {
-      ++planned_, poses_ += v.poses, points_ += v.surface_points;
+      ++planned_, poses_ += v.poses, points_ += v.surface_points, stock_ += v.stock_places;
       damaged_ += r.damaged, damaged_refused_ += r.damaged_refused;
       worst_ = {std::max(worst_.gouge, v.gouge),
                 std::max(worst_.rapid, v.rapid),
                 0.0,
                 std::max(worst_.contact, v.contact),
                 std::max(worst_.left, v.left),
+                0,
                 0,
                 0,
                 {}};
@@ -199,13 +200,13 @@ class Campaign {
         "findings\n"
         "of those within: gouge %.4f, rapid %.4f, contact %.4f, left over what passes must leave %.4f mm; "
         "%zu poses, "
-        "%zu places of the surface\n"
+        "%zu places of the surface, %zu of blanks that rapids pass\n"
         "the proof agrees with them on every program and on %zu damaged moves, of which it refuses %zu\n"
         "%.1f s of processor time, slowest plan %.2f s (seed %llu)\n",
         static_cast<unsigned long long>(cases_), static_cast<unsigned long long>(o_.first),
         static_cast<unsigned long long>(planned_), static_cast<unsigned long long>(refused_),
         static_cast<unsigned long long>(findings_), worst_.gouge, worst_.rapid, worst_.contact, worst_.left,
-        poses_, points_, damaged_, damaged_refused_, seconds_, slowest_,
+        poses_, points_, stock_, damaged_, damaged_refused_, seconds_, slowest_,
         static_cast<unsigned long long>(slowest_seed_));
     for (const auto& [reason, count] : reasons_)
       std::printf("  refused %4llu: %s\n", static_cast<unsigned long long>(count), reason.c_str());
@@ -216,7 +217,7 @@ class Campaign {
   std::atomic<std::uint64_t> next_{0};
   std::mutex mutex_;
   std::uint64_t cases_ = 0, planned_ = 0, refused_ = 0, findings_ = 0, slowest_seed_ = 0;
-  std::size_t poses_ = 0, points_ = 0, damaged_ = 0, damaged_refused_ = 0;
+  std::size_t poses_ = 0, points_ = 0, stock_ = 0, damaged_ = 0, damaged_refused_ = 0;
   double seconds_ = 0.0, slowest_ = 0.0;
   Verdict worst_;
   std::map<std::string, std::uint64_t> reasons_;

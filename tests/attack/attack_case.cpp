@@ -5,6 +5,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "config/blank_of_job.h"
 #include "daemon/post/end_ways.h"
 #include "daemon/post/near_singularity.h"
 #include "daemon/post/part_extent.h"
@@ -55,13 +56,14 @@ void prepare(const std::string& folder) {
 CaseResult run_job(const std::string& job_path) {
   CaseResult result;
   const double start = processor_seconds();
-  const auto job = load_job(job_path);
+  auto job = load_job(job_path);
   if (!job) return refused(result, job.error());
   const auto stl = read_stl(job->stl_path, job->stl_unit_mm);
   if (!stl) return refused(result, stl.error());
   const auto part = check_mesh(*stl, {ToleranceBudget(job->plan.tolerance).repair()});
   if (!part) return refused(result, part.error());
   result.facets = part->mesh.facets.size();
+  if (const auto added = add_blank(*job, *part); !added) return refused(result, added.error());
   auto planned = plan(*part, job->plan, {});
   result.plan_seconds = processor_seconds() - start;
   if (!planned) return refused(result, planned.error());

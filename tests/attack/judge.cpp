@@ -8,6 +8,7 @@
 #include "pathgen/tool/tool_pieces.h"
 #include "sim/motion/forward.h"
 #include "tests/attack/cover_judge.h"
+#include "tests/attack/stock_judge.h"
 #include "tests/judges/path_proof.h"
 #include "tests/judges/tool_proof.h"
 
@@ -25,6 +26,8 @@ constexpr double kLeastHeight = 1e-6;
 /// Poses at which the tool is asked whether it stands wholly inside the material.
 constexpr std::size_t kBuriedLooks = 24;
 constexpr int kSurfacePoints = 400;
+/// Rapids that are held against the blank.
+constexpr std::size_t kRapids = 60;
 /// Turns of the axis below this (rad) are the post's.
 constexpr double kSameDirection = 1e-3;
 
@@ -75,7 +78,8 @@ bool means_contact(const PlanOptions& o) {
 class Judge {
  public:
   Judge(const Job& job, const Stl& stl, const CheckedMesh& part, const Plan& planned, const JointPath& joints)
-      : options_(job.plan),
+      : job_(job),
+        options_(job.plan),
         stl_(stl),
         part_(part),
         planned_(planned),
@@ -88,6 +92,7 @@ class Judge {
     proof_against(part_, contact_);
     if (!part_.defects.empty()) proof_against(as_read(stl_, part_), false);
     look_inside();
+    look_for_stock();
     if (verdict_.findings.empty()) look_for_uncut();
     return std::move(verdict_);
   }
@@ -186,6 +191,14 @@ class Judge {
     }
   }
 
+  void look_for_stock() {
+    if (!StockJudge::can_judge(job_)) return;
+    const StockJudge::Found found = StockJudge(job_, part_, path_).look(kRapids);
+    verdict_.stock_places = found.places;
+    if (found.pose)
+      finding("rapid in stock", found.depth, pasteable(*found.pose) + ", place " + to_string(found.at));
+  }
+
   /// What is left out is told: then it is no finding.
   bool is_told() const {
     return std::any_of(
@@ -204,6 +217,7 @@ class Judge {
       finding("uncut", found.excess, to_string(found.at) + ", tool " + pasteable(found.seat));
   }
 
+  const Job& job_;
   const PlanOptions& options_;
   const Stl& stl_;
   const CheckedMesh& part_;

@@ -21,6 +21,7 @@ struct Verdict {
   double contact = 0.0;                       ///< largest gap where contact is meant, mm
   double left = 0.0;                          ///< most left over what the neighbouring passes must leave, mm
   std::size_t poses = 0, surface_points = 0;  ///< looked at; of the surface: that the tool reaches
+  std::size_t stock_places = 0;               ///< of the blank that rapids pass, where the job states one
   std::vector<std::string> findings;          ///< what is over the tolerance: "KIND DEPTH mm at PLACE"
 };
 

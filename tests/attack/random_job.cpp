@@ -42,6 +42,7 @@ class Writer {
     diameter_ = part.size * dice.spread(0.012, 0.18);
     lean_dice_ = Dice(std::bit_cast<std::uint64_t>(diameter_));
     ridge_dice_ = Dice(~std::bit_cast<std::uint64_t>(diameter_));
+    blank_dice_ = Dice(std::rotl(std::bit_cast<std::uint64_t>(diameter_), 32));
     tolerance_ = std::round(dice.spread(20, 500)) * 1e-4;
     tolerance_ = std::max(1e-4, std::min(tolerance_, std::floor(diameter_ * 0.05 * 1e4) * 1e-4));
     anchor_ = part.facets[dice.below(part.facets.size())][0];
@@ -68,6 +69,9 @@ class Writer {
     all += points();
     all += guards();
     all += ends();
+    if (is_field() && blank_dice_.chance(kind_ == "rough" ? 0.7 : 0.3))
+      all +=
+          formatted("blank: {shape: box, margin_mm: %.4f}\n", part_.size * blank_dice_.spread(0.002, 0.15));
     return all + "machine: " + machine + "\n";
   }
 
@@ -309,7 +313,7 @@ class Writer {
   std::string kind_;
   Point<Part> anchor_;
   double diameter_ = 0.0, tolerance_ = 0.0, step_ = 0.0, shank_length_ = 0.0;
-  Dice lean_dice_{0}, ridge_dice_{0};  ///< of their own, so that all else is chosen as it was
+  Dice lean_dice_{0}, ridge_dice_{0}, blank_dice_{0};  ///< of their own, so that all else is chosen as it was
   bool leans_ = false, ridge_ = false, is_ball_ = false, windowed_ = false, has_holder_ = false,
        has_neck_ = false, ball_like_ = false, has_stock_ = false;
 };
