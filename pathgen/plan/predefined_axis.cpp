@@ -309,6 +309,7 @@ class Planner {
           std::to_string(trimmed) + " of " + std::to_string(left) +
           " points left out: beyond the axis point, line or circle shank or holder would hit the part");
 
+    if (auto done = begin_off_blank(field.deformation, clearance_z); !done) return done;
     if (auto done = lean(field, clearance_z); !done) return done;
     if (!stages_.begin("link")) return cancelled();
     const ClField& linked_field = lean_ ? lean_->linked() : field;
@@ -361,6 +362,26 @@ class Planner {
                                  "there");
     report_.retracts = linked.retracts, report_.joins = linked.joins;
     path_.moves = std::move(linked.moves);
+    return {};
+  }
+
+  /// In inside work the clearance surface is in a hollow: of the blank, too?
+  Result<void> begin_off_blank(const Deformation& map, double clearance_z) const {
+    if (!options_.from_blank || map.s() > 0.0) return {};
+    for (const auto& row : passes_)
+      for (const Pass& pass : row) {
+        if (pass.empty()) continue;
+        for (const EnvelopePoint& end : {pass.front(), pass.back()}) {
+          const AxisLine line = map.axis_line(end.flat.x, end.flat.y);
+          const Point<Part> over = line.base + line.axis * clearance_z;
+          if (!options_.blank->holds(over, 0.0)) continue;
+          return fail(
+              Code::kInput,
+              "inside work begins in the blank: the tool's place over a pass, " + to_string(over) +
+                  ", lies in it, and rapids there would run into stock; state the blank as it is, with "
+                  "its hollow (blank.shape: file), or leave blank out");
+        }
+      }
     return {};
   }
 

@@ -10,6 +10,7 @@
 
 #include "pathgen/plan/plan.h"
 #include "pathgen/tool/blank_solid.h"
+#include "tests/shapes/cut_passes.h"
 
 namespace tiltfeed {
 using namespace pathgen;
@@ -164,6 +165,25 @@ TEST(BlankSolid, HoldsWhatIsInIt) {
     inside += off_bar < 0.0;
   }
   EXPECT_GT(inside, 50u);
+}
+
+/// In inside work the tool comes from a hollow, which a box need not have.
+TEST(RoughBlank, InsideWorkThatBeginsInTheBlankIsRefused) {
+  const AxisFrame frame{AxisMode::kLine, Sense::kInward, {}, {1, 0, 0}, {0, 0, 1}, 0.0};
+  const CheckedMesh part = sheet(frame, {-20, 20, -0.35, 0.35, 8, 16}, [](double, double) { return -40.0; });
+  PlanOptions o = options_with(frame);
+  o.from_blank = true;
+  for (const double margin : {0.0, 10.0}) {
+    Box box = part.bounds;
+    box.min = box.min - Vec3{margin, margin, margin}, box.max = box.max + Vec3{margin, margin, margin};
+    o.blank = std::make_shared<const BlankSolid>(BlankSolid::box(box));
+    const auto made = plan(part, o, nullptr);
+    EXPECT_EQ(made.has_value(), margin == 0.0);
+    if (made) continue;
+    EXPECT_EQ(made.error().code, Code::kInput);
+    EXPECT_NE(made.error().message.find("inside work begins in the blank"), std::string::npos)
+        << made.error().message;
+  }
 }
 
 }  // namespace
