@@ -94,10 +94,6 @@ void share_out(const std::vector<std::string>& missing, const std::vector<Sectio
   }
 }
 
-}  // namespace
-
-namespace {
-
 /// Of a file that is something else nothing is told: who named it may not be who may read it.
 tl::unexpected<Error> no_library(const std::string& path) {
   return fail(Code::kInput, path + ": is no tool library; expected a list of tools (tools:)");

@@ -76,13 +76,13 @@ bool has_ridges(const config::Job& job) {
 }
 
 /// Rows laid another way; the tool axis at a place is the same.
-struct Variant {
+struct RowsTried {
   pathgen::AxisFrame axis;
   pathgen::Pattern pattern;
 };
 
 /// The job with it.
-config::Job job_with(config::Job job, const Variant& variant) {
+config::Job job_with(config::Job job, const RowsTried& variant) {
   job.plan.axis = variant.axis, job.plan.pattern = variant.pattern;
   double& join = job.plan.links.join_distance;
   if (variant.pattern.measure == StepMeasure::kRidge && join > 0.0)
@@ -102,7 +102,7 @@ class Search {
         plan_(plan),
         left_(left_by(own)),
         stated_{own.job().plan.axis, own.job().plan.pattern},
-        best_variant_(stated_),
+        best_rows_(stated_),
         fewer_(fewer(own.plan_report())),
         seconds_(own.timing().seconds) {}
 
@@ -134,7 +134,7 @@ class Search {
 
   /// Takes the plan of this variant where it is quicker and leaves no more. Something where it is quicker and
   /// leaves more.
-  std::optional<Refused> attempt(const Variant& variant) {
+  std::optional<Refused> attempt(const RowsTried& variant) {
     std::unique_ptr<OperationPlan> plan = planned(job_with(own_.job(), variant), true);
     if (!plan || plan->timing().seconds >= seconds_) return std::nullopt;
     const std::optional<Left> left = left_by(*plan);
@@ -144,12 +144,12 @@ class Search {
     if (!most || !walls || !others)
       return Refused{plan->plan_report().ridge, walls && others,
                      most && others && within(left->walls, kLittleWalls * left_->walls)};
-    seconds_ = plan->timing().seconds, best_ = std::move(plan), best_variant_ = variant;
+    seconds_ = plan->timing().seconds, best_ = std::move(plan), best_rows_ = variant;
     return std::nullopt;
   }
 
   /// With a few rows.
-  double coarse_seconds(const Variant& variant) {
+  double coarse_seconds(const RowsTried& variant) {
     config::Job job = job_with(own_.job(), variant);
     job.plan.pattern.side_step *= fewer_, job.plan.links.join_distance *= fewer_;
     const std::unique_ptr<OperationPlan> plan = planned(job, false);
@@ -160,11 +160,11 @@ class Search {
   void try_promising() {
     struct Ranked {
       double seconds;
-      Variant variant;
+      RowsTried variant;
     };
     std::vector<Ranked> ranked;
     const double own = coarse_seconds(stated_);
-    const auto rank = [&](const Variant& variant) {
+    const auto rank = [&](const RowsTried& variant) {
       const double seconds = coarse_seconds(variant);
       if (seconds < kPromising * own) ranked.push_back({seconds, variant});
       return seconds;
@@ -177,7 +177,7 @@ class Search {
       for (const double degrees : kSlanted) rank(turned(stated_, degrees));
     sort();
     if (!ranked.empty())
-      for (const Variant best = ranked.front().variant; const double degrees : kHalfTurns)
+      for (const RowsTried best = ranked.front().variant; const double degrees : kHalfTurns)
         rank(turned(best, degrees));
     if (const auto variant = round_the_table()) rank(*variant);
     sort();
@@ -190,13 +190,13 @@ class Search {
   /// All of them as whole plans. What they leave takes longer to find than their time, and is not asked of
   /// those that are no quicker.
   void try_directions() {
-    const auto try_one = [&](const Variant& variant) {
+    const auto try_one = [&](const RowsTried& variant) {
       const std::unique_ptr<OperationPlan> plan = planned(job_with(own_.job(), variant), false);
       if (plan && plan->timing().seconds < seconds_) attempt(variant);
     };
     for (const double degrees : {kSlanted[0], kAcross, kSlanted[1]}) try_one(turned(stated_, degrees));
     if (best_)
-      for (const Variant best = best_variant_; const double degrees : kHalfTurns)
+      for (const RowsTried best = best_rows_; const double degrees : kHalfTurns)
         try_one(turned(best, degrees));
     if (const auto variant = round_the_table()) try_one(*variant);
   }
@@ -206,12 +206,12 @@ class Search {
   void try_ridges() {
     const double even = seconds_;
     const bool others = best_ != nullptr || nearly_;
-    ridges(best_ == nullptr && nearly_ ? *nearly_ : best_variant_);
+    ridges(best_ == nullptr && nearly_ ? *nearly_ : best_rows_);
     const bool taken = seconds_ < even;
     if (others && (!taken || own_.timing().seconds < kNearlyAsQuick * even)) ridges(stated_);
   }
 
-  void ridges(Variant variant) {
+  void ridges(RowsTried variant) {
     const double first = kFirstRidge * std::min(left_->most, left_->limit);
     double& scallop = variant.pattern.scallop;
     variant.pattern.measure = StepMeasure::kRidge, scallop = first;
@@ -225,10 +225,10 @@ class Search {
     }
   }
 
-  std::optional<Variant> round_the_table() const {
+  std::optional<RowsTried> round_the_table() const {
     const auto frame = round_table(own_.job().plan);
     if (!frame) return std::nullopt;
-    Variant variant{*frame, stated_.pattern};
+    RowsTried variant{*frame, stated_.pattern};
     variant.pattern.along = pathgen::Along::kX, variant.pattern.angle = {};
     return variant;
   }
@@ -237,7 +237,7 @@ class Search {
     return std::clamp(static_cast<double>(report.retracts + report.joins) / kCoarseRows, 1.0, kFewestRows);
   }
 
-  static Variant turned(Variant variant, double degrees) {
+  static RowsTried turned(RowsTried variant, double degrees) {
     Angle& angle = variant.pattern.angle;
     angle = Angle::from_degrees(std::remainder(angle.degrees() + degrees, 180.0));
     return variant;
@@ -246,12 +246,12 @@ class Search {
   const OperationPlan& own_;
   const PlanOnce& plan_;
   const std::optional<Left> left_;
-  const Variant stated_;
-  Variant best_variant_;
+  const RowsTried stated_;
+  RowsTried best_rows_;
   const double fewer_;  ///< so many times as far apart rows are at first
   double seconds_;
   std::unique_ptr<OperationPlan> best_;
-  std::optional<Variant> nearly_;  ///< which ridges may do for: its even rows left a little more of walls
+  std::optional<RowsTried> nearly_;  ///< which ridges may do for: its even rows left a little more of walls
   std::size_t tried_ = 0;
 };
 

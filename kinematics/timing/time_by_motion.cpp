@@ -6,8 +6,6 @@
 namespace tiltfeed {
 namespace {
 
-constexpr double kSecondsPerMinute = 60.0;
-
 /// Does one of the rotaries take longer from p to q than the slides?
 bool is_swing(const MachineModel& m, const Joints& p, const Joints& q) {
   const auto time = [](double way, double speed) { return speed > 0.0 ? std::abs(way) / speed : 0.0; };
@@ -31,8 +29,8 @@ TimeByMotion time_by_motion(const ToolPath& path, const std::vector<JointMove>& 
   TimeByMotion times;
   for (std::size_t i = 1; i < path.moves.size(); ++i)
     if (path.moves[i].kind == MoveKind::kCut)
-      times.cuts_at_feed += distance(path.moves[i - 1].pose.tip, path.moves[i].pose.tip) /
-                            feed_of(path, i).mm_per_min() * kSecondsPerMinute;
+      times.cuts_at_feed +=
+          distance(path.moves[i - 1].pose.tip, path.moves[i].pose.tip) / feed_of(path, i).mm_per_s();
   double programmed = 0.0, cuts = 0.0;
   for (std::size_t i = 1; i < moves.size(); ++i) {
     const double seconds = durations[i];

@@ -15,8 +15,8 @@ namespace tiltfeed {
 using namespace config;
 namespace {
 
-constexpr const char* kSecret = "hunter2";
-const std::string kCutter = "cutter: {type: ball, diameter_mm: 6, length_mm: 100, shank_length_mm: 30}";
+constexpr const char* kSecretWord = "hunter2";
+const std::string kCutterHere = "cutter: {type: ball, diameter_mm: 6, length_mm: 100, shank_length_mm: 30}";
 
 TEST(NamedFiles, AreFoundByTheirKeys) {
   const auto tree = parse_yaml(
@@ -38,7 +38,7 @@ TEST(NamedFiles, AreFoundByTheirKeys) {
 
 TEST(NamedFiles, OfAJobOfSomebodyElseAreErrorsWhereverTheyStand) {
   const Folder folder("named_files");
-  folder.write("secret", std::string("password: ") + kSecret + "\n");
+  folder.write("secret", std::string("password: ") + kSecretWord + "\n");
   folder.write("tools.yaml",
                "tools: [{id: six, type: ball, diameter_mm: 6, length_mm: 100, shank_length_mm: 30}]\n");
   struct Case {
@@ -47,7 +47,7 @@ TEST(NamedFiles, OfAJobOfSomebodyElseAreErrorsWhereverTheyStand) {
   const std::string operations =
       "operations:\n  - {name: one}\n  - {name: two, cutter: {library: FILE, id: six}}\n";
   const Case cases[] = {
-      {kCutter, "cutter: {library: FILE, id: six}", "cutter.library"},
+      {kCutterHere, "cutter: {library: FILE, id: six}", "cutter.library"},
       {"", operations, "cutter.library"},
       {"", "fixtures: [{name: vice, shape: stl, stl: FILE}]\n", "fixtures[1].stl"},
       {"", "blank: {shape: file, file: FILE}\n", "blank.file"},
@@ -65,7 +65,7 @@ TEST(NamedFiles, OfAJobOfSomebodyElseAreErrorsWhereverTheyStand) {
       std::string said = jobs.error().message;
       EXPECT_EQ(jobs.error().code, Code::kInput) << said;
       EXPECT_NE(said.find(one.key + ": the file '" + file.substr(0, 10)), std::string::npos) << said;
-      EXPECT_EQ(said.find(kSecret), std::string::npos) << said;
+      EXPECT_EQ(said.find(kSecretWord), std::string::npos) << said;
       // There or not, right or not: nothing else tells them apart.
       said = replaced(said, name, "FILE");
       if (told.empty()) told = said;

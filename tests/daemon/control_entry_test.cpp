@@ -25,11 +25,11 @@
 namespace tiltfeed {
 namespace {
 
-enum class Words { kPlain, kTcp, kPlanes };
+enum class WayOfWords { kPlain, kTcp, kPlanes };
 
 struct EntryCase {
   Dialect dialect;
-  Words words;
+  WayOfWords words;
   const char* machine;
   bool options;  ///< high-speed function, clamps, a register, feed per minute, offsets of planes, arcs
 };
@@ -45,11 +45,11 @@ std::string entry_case_name(const testing::TestParamInfo<EntryCase>& one) {
 
 /// Travels wide enough for the paths below.
 MachineProfile wide_profile(const EntryCase& c) {
-  MachineProfile profile = machine(c.dialect, c.words == Words::kTcp, c.machine);
+  MachineProfile profile = machine(c.dialect, c.words == WayOfWords::kTcp, c.machine);
   MachineModel& m = profile.model;
   for (LinearAxis* axis : {&m.x, &m.y, &m.z}) axis->min = -1500, axis->max = 1500;
   profile.solid = {};
-  profile.format.tilted_planes = c.words == Words::kPlanes;
+  profile.format.tilted_planes = c.words == WayOfWords::kPlanes;
   if (!c.options) return profile;
   profile.format.clamp_tilt = "M10", profile.format.unclamp_tilt = "M11";
   profile.format.clamp_rotary = "M78", profile.format.unclamp_rotary = "M79";
@@ -82,7 +82,8 @@ AptProgram two_tools(const EntryCase& c, const MachineProfile& profile, const Se
       };
       const auto go = [&](double up, MoveKind kind, double lean = 0.0) {
         const Point<Part> tip{place(random), place(random), place(random) + up};
-        op.path.moves.push_back({{tip, axis_at(c.words == Words::kPlanes ? 0.0 : lean)}, kind, kNoFacet});
+        op.path.moves.push_back(
+            {{tip, axis_at(c.words == WayOfWords::kPlanes ? 0.0 : lean)}, kind, kNoFacet});
       };
       op.path.feeds.push_back(
           {static_cast<std::uint32_t>(op.path.moves.size()), Feed::from_mm_per_min(700 + 300 * share)});
@@ -168,8 +169,8 @@ class ControlEntry : public testing::TestWithParam<EntryCase> {
       options.tolerance = 0.05;
       options.data.smoothing = Smoothing::kFinish, options.data.smoothing_tolerance = 0.01;
       options.data.work_offset = 2;
-      options.data.arc_tolerance = c.words == Words::kTcp ? 0.0 : 0.01;
-      options.data.plane_offsets = c.words == Words::kPlanes;
+      options.data.arc_tolerance = c.words == WayOfWords::kTcp ? 0.0 : 0.01;
+      options.data.plane_offsets = c.words == WayOfWords::kPlanes;
     }
     const AptProgram path = two_tools(c, profile_, options.setup);
     const auto text = program_text(path, profile_, options);
@@ -399,7 +400,7 @@ TEST_P(ControlEntry, TellsWhereABlockIs) {
     if (place->is_move && !place->plane && place->words) {
       EXPECT_EQ(*place->words, *at) << number;
     }
-    EXPECT_EQ(place->tcp, GetParam().words == Words::kTcp && place->words.has_value()) << number;
+    EXPECT_EQ(place->tcp, GetParam().words == WayOfWords::kTcp && place->words.has_value()) << number;
   }
   EXPECT_GT(before, 30u);
   EXPECT_EQ(find_control_block(file_, profile_, count_ + 1).error().code, Code::kUsage);
@@ -436,18 +437,18 @@ TEST_P(ControlEntry, AProgramThatEntersCanBeEnteredAgain) {
 
 INSTANTIATE_TEST_SUITE_P(
     Controls, ControlEntry,
-    testing::Values(EntryCase{Dialect::kFanuc, Words::kPlain, "generic-ac", false},
-                    EntryCase{Dialect::kFanuc, Words::kPlain, "generic-ac", true},
-                    EntryCase{Dialect::kFanuc, Words::kTcp, "generic-ac", false},
-                    EntryCase{Dialect::kFanuc, Words::kTcp, "linuxcnc-bridge-bc", true},
-                    EntryCase{Dialect::kFanuc, Words::kTcp, "linuxcnc-trunnion-ac", false},
-                    EntryCase{Dialect::kFanuc, Words::kPlanes, "generic-ac", false},
-                    EntryCase{Dialect::kFanuc, Words::kPlanes, "generic-ac", true},
-                    EntryCase{Dialect::kFanuc, Words::kPlanes, "dmu-nutating-bc", false},
-                    EntryCase{Dialect::kHaas, Words::kPlain, "linuxcnc-trunnion-ac", true},
-                    EntryCase{Dialect::kHaas, Words::kTcp, "generic-ac", true},
-                    EntryCase{Dialect::kHaas, Words::kPlanes, "linuxcnc-trunnion-ac", false},
-                    EntryCase{Dialect::kHaas, Words::kPlanes, "linuxcnc-trunnion-ac", true}),
+    testing::Values(EntryCase{Dialect::kFanuc, WayOfWords::kPlain, "generic-ac", false},
+                    EntryCase{Dialect::kFanuc, WayOfWords::kPlain, "generic-ac", true},
+                    EntryCase{Dialect::kFanuc, WayOfWords::kTcp, "generic-ac", false},
+                    EntryCase{Dialect::kFanuc, WayOfWords::kTcp, "linuxcnc-bridge-bc", true},
+                    EntryCase{Dialect::kFanuc, WayOfWords::kTcp, "linuxcnc-trunnion-ac", false},
+                    EntryCase{Dialect::kFanuc, WayOfWords::kPlanes, "generic-ac", false},
+                    EntryCase{Dialect::kFanuc, WayOfWords::kPlanes, "generic-ac", true},
+                    EntryCase{Dialect::kFanuc, WayOfWords::kPlanes, "dmu-nutating-bc", false},
+                    EntryCase{Dialect::kHaas, WayOfWords::kPlain, "linuxcnc-trunnion-ac", true},
+                    EntryCase{Dialect::kHaas, WayOfWords::kTcp, "generic-ac", true},
+                    EntryCase{Dialect::kHaas, WayOfWords::kPlanes, "linuxcnc-trunnion-ac", false},
+                    EntryCase{Dialect::kHaas, WayOfWords::kPlanes, "linuxcnc-trunnion-ac", true}),
     entry_case_name);
 
 /// A Fanuc's program without a tool change, in a text of its own.
@@ -510,7 +511,7 @@ TEST_F(EntryText, RefusesWhatItCannotWriteAgain) {
     EXPECT_NE(entry->head.find(words), std::string::npos) << entry->head;
 }
 
-/// Words that stay in force: the plane of arcs, and no F of another feed mode.
+/// WayOfWords that stay in force: the plane of arcs, and no F of another feed mode.
 TEST_F(EntryText, WritesThePlaneAndTheFeedThatAreInForce) {
   const std::string start = std::string(kStart) + "G0 A0. C0.\nG0 X0. Y0.\nG0 Z60.\nG1 Z50. F300.\n";
   const auto plane =

@@ -168,7 +168,7 @@ TEST(OperationPlan, TheSwingFromTheOperationBeforeHasOtherWays) {
   EXPECT_FALSE(none.plan.swing_differs(0, 1));
 }
 
-std::vector<Pose> cuts_of(const ToolPath& path) {
+std::vector<Pose> poses_of_cuts(const ToolPath& path) {
   std::vector<Pose> cuts;
   for (const Move& move : path.moves)
     if (move.kind == MoveKind::kCut) cuts.push_back(move.pose);
@@ -183,7 +183,7 @@ TEST(OperationPlan, ARotaryTurnsBackAtTheRetract) {
     OperationPlan& plan = planned.plan;
     const std::vector<Move> moves = plan.cl_path().moves;
     const std::size_t links = plan.link_choices().size();
-    const std::vector<Pose> cuts = cuts_of(plan.block_path());
+    const std::vector<Pose> cuts = poses_of_cuts(plan.block_path());
     const auto plunges = [&] {
       const std::vector<Move>& all = plan.block_path().moves;
       return std::count_if(all.begin(), all.end(),
@@ -208,7 +208,7 @@ TEST(OperationPlan, ARotaryTurnsBackAtTheRetract) {
       EXPECT_EQ(plan.least_choice(i), i == turned ? kAtRetract : 0) << i;
     EXPECT_TRUE(plan.in_stretches());
     EXPECT_EQ(plan.posted({}).posting.operations.size(), 2u);
-    EXPECT_EQ(cuts_of(plan.block_path()), cuts);
+    EXPECT_EQ(poses_of_cuts(plan.block_path()), cuts);
     // In a cut it comes back to where it went off, by a plunge; a link has its own.
     EXPECT_EQ(plunges(), plunged + (in_cut ? 1 : 0));
     const LinkWay way = link_ways(plan.block_path())[turned];
