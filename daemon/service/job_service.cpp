@@ -309,8 +309,8 @@ void JobService::show(const SpooledJob& job, const ApiRequest& request, const Do
   json["folder"] = spool_.folder_of(job.id);
   if (!request.block) return done(reply(json));
   const auto look = [json, program = spool_.file(job.id, "program.nc"),
-                     map = spool_.file(job.id, "block.map"), kind = link_.kind,
-                     machine = config_.machine, number = *request.block]() -> Errands::Then {
+                     map = spool_.file(job.id, "block.map"), kind = link_.kind, machine = config_.machine,
+                     number = *request.block]() -> Errands::Then {
     ordered_json whole = json;
     whole["origin"] = ordered_json::parse(origin_json(program, map, kind, machine, number));
     return [line = reply(whole)] { return line; };

@@ -313,8 +313,8 @@ void JobService::judge_run_end(const RunView& view) {
 
 void JobService::add_origin(const SpooledJob& job, std::uint64_t block) {
   const auto look = [box = spool_.file(job.id, "blackbox.txt"), program = spool_.file(job.id, "program.nc"),
-                     map = spool_.file(job.id, "block.map"), kind = link_.kind,
-                     machine = config_.machine, block]() -> Errands::Then {
+                     map = spool_.file(job.id, "block.map"), kind = link_.kind, machine = config_.machine,
+                     block]() -> Errands::Then {
     std::ofstream out(box, std::ios::app);
     out << "last executed: " << origin_json(program, map, kind, machine, block) << "\n";
     return [] { return std::string(); };
