@@ -116,13 +116,6 @@ AptProgram two_tools(const EntryCase& c, const MachineProfile& profile, const Se
   return program;
 }
 
-std::vector<std::string> lines_of(const std::string& text) {
-  std::istringstream in(text);
-  std::vector<std::string> lines;
-  for (std::string line; std::getline(in, line);) lines.push_back(line);
-  return lines;
-}
-
 /// Each group of words excludes each other, and the newest is in force.
 const std::map<std::string, std::regex>& modes() {
   static const std::map<std::string, std::regex> all{

@@ -14,13 +14,6 @@ using namespace config;
 using namespace daemon;
 namespace {
 
-std::vector<std::string> lines_of(const std::string& text) {
-  std::vector<std::string> lines;
-  std::istringstream in(text);
-  for (std::string line; std::getline(in, line);) lines.push_back(line);
-  return lines;
-}
-
 JointPath short_path() {
   JointPath path;
   path.moves = {{{0, -12.5, 100, 0, -90}, 0.0, MoveKind::kRapid, 0},

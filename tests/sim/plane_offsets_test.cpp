@@ -47,7 +47,7 @@ class PlaneOffsets : public testing::TestWithParam<OffsetShop> {
     const auto text = program_text(path_, profile_, options_);
     ASSERT_TRUE(text) << text.error().message;
     text_ = *text;
-    lines_ = split(text_);
+    lines_ = lines_of(text_);
     job_.machine = profile_;
     job_.setup = options_.setup;
     job_.setup.tool_length = 97;
@@ -76,12 +76,6 @@ class PlaneOffsets : public testing::TestWithParam<OffsetShop> {
     op.path.feeds.push_back({0, Feed::from_mm_per_min(800)});
     op.events.push_back({0, EventKind::kSpindle, 5000, ""});
     path_.operations.push_back(std::move(op));
-  }
-  static std::vector<std::string> split(const std::string& text) {
-    std::vector<std::string> lines;
-    std::istringstream in(text);
-    for (std::string line; std::getline(in, line);) lines.push_back(line);
-    return lines;
   }
   static std::string joined(const std::vector<std::string>& lines) {
     std::string all;
@@ -233,7 +227,8 @@ TEST_P(PlaneOffsets, TheJobSaysWhether) {
   options_.data.plane_offsets = false;
   const auto plain = program_text(path_, profile_, options_);
   ASSERT_TRUE(plain) << plain.error().message;
-  EXPECT_NE(fault(split(*plain)).find("program.plane_offsets"), std::string::npos) << fault(split(*plain));
+  EXPECT_NE(fault(lines_of(*plain)).find("program.plane_offsets"), std::string::npos)
+      << fault(lines_of(*plain));
   EXPECT_TRUE(back(*plain, profile_));
 }
 

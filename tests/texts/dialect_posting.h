@@ -84,4 +84,11 @@ inline std::size_t blocks_before(const DialectCase& c, const TextOperation& op, 
 
 inline TextLanguage language_of(const MachineProfile& profile) { return text_language(profile); }
 
+inline std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
 }  // namespace tiltfeed
