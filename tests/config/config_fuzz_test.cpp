@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "config/job.h"
+#include "tests/samples.h"
 #include "tests/texts/example_job.h"
 #include "tests/texts/job_text.h"
 
@@ -21,7 +22,7 @@ using namespace pathgen;
 using namespace config;
 namespace {
 
-constexpr int kMutations = 6000;  // of each file
+constexpr int kMutations = samples(6000);  // of each file
 
 /// Same numbers on every platform: the generator is fixed by the standard, the reduction is ours.
 class Dice {

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/samples.h"
 #include "tests/texts/dialect_posting.h"
 
 namespace tiltfeed {
@@ -252,7 +253,7 @@ TEST(ArcFit, NoArcGoesAcrossAFeedAnEventOrAnotherKind) {
 /// Lines and bows of any size, in any plane, with noise, in the decimals of any dialect and unit.
 TEST(ArcFit, RandomPathsKeepAllProperties) {
   std::size_t arcs = 0, saved = 0;
-  for (unsigned seed = 1; seed <= 150; ++seed) {
+  for (unsigned seed = 1; seed <= unsigned{samples(150)}; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
     const auto any = [&](double from, double to) {
@@ -282,8 +283,8 @@ TEST(ArcFit, RandomPathsKeepAllProperties) {
     arcs += expect_sound(path, fit, format, tolerance);
     saved += path.moves.size() - fit.words.moves.size();
   }
-  EXPECT_GT(arcs, 400u);
-  EXPECT_GT(saved, 4000u);
+  EXPECT_GT(arcs, std::size_t{samples(400)});
+  EXPECT_GT(saved, std::size_t{samples(4000)});
   RecordProperty("arcs", static_cast<int>(arcs));
 }
 

@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <vector>
 
 #include "daemon/service/spool_backup.h"
 #include "tests/peers/forgetful_disk.h"
@@ -22,11 +23,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// As many as a release is held to, or a part of them in the developer's loop.
+// As many as a release is held to, or a part of them in the developer's loop: there each call fails in one
+// of four ways, in turn.
 #ifdef TILTFEED_POWER_LOSSES
-constexpr int kLosses = TILTFEED_POWER_LOSSES;
+constexpr int kLosses = TILTFEED_POWER_LOSSES, kInTurn = 1;
 #else
-constexpr int kLosses = 200;
+constexpr int kLosses = 200, kInTurn = 4;
 #endif
 
 /// Beneath a file system in memory where there is one: what the real disk does takes time and matters to
@@ -168,12 +170,14 @@ TEST_F(Durable, C16EveryCallFails) {
     bool after, part;
   };
   std::mt19937_64 random(18);
-  for (const Way way : {Way{"EIO once", EIO, false, false},
-                        {"EIO from then on", EIO, true, false},
-                        {"ENOSPC once", ENOSPC, false, false},
-                        {"ENOSPC from then on, after half a write", ENOSPC, true, true}}) {
-    int call = 1, points = 0;
-    for (bool through = false; !through; ++call, ++points) {
+  const std::vector<Way> ways = {{"EIO once", EIO, false, false},
+                                 {"EIO from then on", EIO, true, false},
+                                 {"ENOSPC once", ENOSPC, false, false},
+                                 {"ENOSPC from then on, after half a write", ENOSPC, true, true}};
+  for (std::size_t w = 0; w < ways.size(); ++w) {
+    const Way& way = ways[w];
+    int call = 1 + static_cast<int>(w) % kInTurn, points = 0;
+    for (bool through = false; !through; call += kInTurn, ++points) {
       anew();
       ForgetfulDisk disk(root_);
       SpoolLives lives(spool_, 3);
@@ -192,7 +196,7 @@ TEST_F(Durable, C16EveryCallFails) {
     }
     std::printf("%s: %d calls failed, one after the other: 0 lost, doubled or understated\n", way.name,
                 points - 1);
-    EXPECT_GT(points, 200) << way.name;
+    EXPECT_GT(points, 200 / kInTurn) << way.name;
   }
 }
 

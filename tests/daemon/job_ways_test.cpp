@@ -24,8 +24,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kLong = 200000, kShort = 4;  // feeds of 0.1 s
-constexpr double kSpeed = 40.0;            // of time
+constexpr int kLong = 50000, kShort = 4;  // feeds of 0.1 s
+constexpr double kSpeed = 40.0;           // of time
 
 class JobWays : public testing::TestWithParam<const char*>, protected ServedJobs {
  protected:

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "tests/judges/joint_path_check.h"
+#include "tests/samples.h"
 
 namespace tiltfeed {
 namespace {
@@ -378,7 +379,7 @@ TEST(JointPole, ALongPathGoesOnFromWhereEachMoveEnds) {
 TEST(JointPole, RandomPathsOnRandomMachines) {
   const double half = std::sqrt(0.5);
   const Vec3 heads[]{{1, 0, 0}, {0, 1, 0}, {-0.6, 0.8, 0}, {0, half, half}};
-  for (unsigned seed = 1; seed <= 160; ++seed) {
+  for (unsigned seed = 1; seed <= unsigned{samples(160)}; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> mm(-80, 80), degrees(-180, 180), unit(0, 1);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "sim/solid/tool_solid.h"
+#include "tests/samples.h"
 #include "tests/shapes/cut_passes.h"
 
 namespace tiltfeed {
@@ -113,7 +114,7 @@ TEST(Guards, ATrimmedContourHasNoMoveOnWhichTheShankAloneTouches) {
   o.pattern.step_down = 2.5;
   const sim::ToolSolid tool(o.cutter);
   std::size_t poses = 0;
-  for (int k = 0; k < 20; ++k) {  // the grid meets the foot elsewhere each time
+  for (int k = 0; k < samples(20); ++k) {  // the grid meets the foot elsewhere each time
     const CheckedMesh part = dipping_foot(3.0 * o.tolerance, 0.5, 0.013 * k);
     const sim::PartDistance surface(part.mesh);
     for (const CutRun& run : dense(runs_of(part, o), 0.02))
@@ -124,7 +125,7 @@ TEST(Guards, ATrimmedContourHasNoMoveOnWhichTheShankAloneTouches) {
             << to_string(pose.tip);
       }
   }
-  EXPECT_GT(poses, 100u);
+  EXPECT_GT(poses, std::size_t{samples(100)});
 }
 
 /// A groove that the cutting part fits into and the shank does not, between rows of 8 mm.

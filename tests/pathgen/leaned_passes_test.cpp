@@ -14,6 +14,7 @@
 #include "sim/solid/tool_solid.h"
 #include "tests/judges/reach.h"
 #include "tests/judges/tool_proof.h"
+#include "tests/samples.h"
 #include "tests/shapes/box_mesh.h"
 #include "tests/shapes/cut_passes.h"
 
@@ -220,7 +221,7 @@ TEST_P(LeanLimits, LeansLeastOfAllDirectionsAndNothingIsLeftOutForWant) {
   const sim::PartDistance surface(part.mesh);
   const sim::ToolSolid tool(o.cutter);
   std::vector<Vec3> directions;
-  for (const Vec3 d : even_directions(40'000))
+  for (const Vec3 d : even_directions(samples(40'000)))
     if (d.z >= std::cos(o.lean.limit.radians())) directions.push_back(d);
   const auto none_clear = [&](const Pose& pose, double most) {
     return std::none_of(directions.begin(), directions.end(), [&](Vec3 axis) {

@@ -8,6 +8,7 @@
 #include "kinematics/basics/units.h"
 
 #include "pathgen/progress/watch.h"
+#include "tests/samples.h"
 #include "tests/shapes/cut_passes.h"
 
 namespace tiltfeed {
@@ -94,7 +95,7 @@ TEST(Progress, StopsAtEachWordAndAsksNoMore) {
     SCOPED_TRACE(c.name);
     int all = 0;
     ASSERT_TRUE(plan(part, c.options, [&](const char*, double) { return ++all, true; }));
-    for (int stop = 1; stop <= all; stop += std::max(1, all / 12)) {
+    for (int stop = 1; stop <= all; stop += std::max(1, all / samples(12))) {
       int calls = 0;
       std::string where;
       const auto planned = plan(part, c.options, [&](const char* stage, double) {
