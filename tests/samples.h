@@ -2,7 +2,7 @@
 
 namespace tiltfeed {
 
-/// Of `all` samples those that are taken: a quarter, one at least, where a sanitizer watches. There the
+/// Of `all` samples those that are taken: a quarter, one at least, under the address sanitizer. There the
 /// memory is judged; the answers are judged in Release, by all of them.
 constexpr int samples(int all) {
 #ifdef TILTFEED_SANITIZED

@@ -9,11 +9,11 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <vector>
 
 #include "daemon/service/spool_backup.h"
 #include "tests/peers/forgetful_disk.h"
 #include "tests/peers/spool_lives.h"
+#include "tests/samples.h"
 #include "tests/texts/folder.h"
 
 namespace tiltfeed {
@@ -23,12 +23,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// As many as a release is held to, or a part of them in the developer's loop: there each call fails in one
-// of four ways, in turn.
+// As many as a release is held to, or a part of them in the developer's loop.
 #ifdef TILTFEED_POWER_LOSSES
-constexpr int kLosses = TILTFEED_POWER_LOSSES, kInTurn = 1;
+constexpr int kLosses = TILTFEED_POWER_LOSSES;
 #else
-constexpr int kLosses = 200, kInTurn = 4;
+constexpr int kLosses = 200;
 #endif
 
 /// Beneath a file system in memory where there is one: what the real disk does takes time and matters to
@@ -170,14 +169,14 @@ TEST_F(Durable, C16EveryCallFails) {
     bool after, part;
   };
   std::mt19937_64 random(18);
-  const std::vector<Way> ways = {{"EIO once", EIO, false, false},
-                                 {"EIO from then on", EIO, true, false},
-                                 {"ENOSPC once", ENOSPC, false, false},
-                                 {"ENOSPC from then on, after half a write", ENOSPC, true, true}};
-  for (std::size_t w = 0; w < ways.size(); ++w) {
-    const Way& way = ways[w];
-    int call = 1 + static_cast<int>(w) % kInTurn, points = 0;
-    for (bool through = false; !through; call += kInTurn, ++points) {
+  constexpr int kWays = 4, kStep = kWays / samples(kWays);  // over 1: each call fails in one way, in turn
+  int turn = 0;
+  for (const Way way : {Way{"EIO once", EIO, false, false},
+                        {"EIO from then on", EIO, true, false},
+                        {"ENOSPC once", ENOSPC, false, false},
+                        {"ENOSPC from then on, after half a write", ENOSPC, true, true}}) {
+    int call = 1 + turn++ % kStep, points = 0;
+    for (bool through = false; !through; call += kStep, ++points) {
       anew();
       ForgetfulDisk disk(root_);
       SpoolLives lives(spool_, 3);
@@ -196,7 +195,7 @@ TEST_F(Durable, C16EveryCallFails) {
     }
     std::printf("%s: %d calls failed, one after the other: 0 lost, doubled or understated\n", way.name,
                 points - 1);
-    EXPECT_GT(points, 200 / kInTurn) << way.name;
+    EXPECT_GT(points, samples(200)) << way.name;
   }
 }
 
