@@ -30,6 +30,9 @@ struct LoadedBody {
   std::vector<FaceFacts> faces;         ///< in the order in which TopExp_Explorer visits them
 };
 
+/// As messages name a face: body "lid", #12 ADVANCED_FACE.
+std::string name_of(const LoadedBody& body, std::size_t face);
+
 struct LoadedPart {
   std::string format, unit;
   double unit_mm = 1.0;

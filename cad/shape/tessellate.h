@@ -9,11 +9,12 @@
 
 namespace tiltfeed::cad {
 
-/// Of what is allowed, OpenCASCADE is asked for this share first. Its figure is not the true one: the
-/// deviation is half of it on a cylinder, as much on tori and splines, and up to 2.1 times on a sphere.
-inline constexpr double kAskedShare = 0.95, kAskedShareOfSpheres = 0.4;
-/// As often a finer one is asked for.
-inline constexpr int kMostRounds = 5;
+/// OpenCASCADE is asked for facets within this many times what is allowed; the rest is split_within()'s. Its
+/// own figure is no bound, and the time that it takes grows with the square of its facets.
+inline constexpr double kAskedShare = 16.0;
+/// Where facets would fold, or a face has none, it is asked again for this many times finer ones, this often.
+inline constexpr double kFiner = 2.0;
+inline constexpr int kMostRounds = 6;
 
 struct Tessellated {
   pathgen::PartModel model;                 ///< without facets
