@@ -271,7 +271,9 @@ int ServiceCommands::Options::run_start() {
   request.op = ApiOp::kStart;
   request.job = job;
   request.queue = queue;
-  return tell_taken(ask(request), "started");
+  Result<ordered_json> answer = ask(request);
+  const std::string way_in = answer ? answer->value("way_in", "") : "";
+  return tell_taken(std::move(answer), way_in.empty() ? "started" : "started; " + way_in);
 }
 
 /// Tells what became of it once the controller has taken it, or has refused.

@@ -30,8 +30,24 @@ std::optional<Joints> joints_of(const AxisValues& at, const MachineModel& machin
   return whole ? std::optional(place) : std::nullopt;
 }
 
+/// Programs state G54. Not where the controller has said that another offset is in force, in which it
+/// reports.
+Result<bool> counts_from_g54(GrblTalk& talk) {
+  const Result<GrblAnswer> modes = talk.ask("$G");
+  if (!modes) return tl::unexpected<Error>(modes.error());
+  for (const std::string& line : modes->said) {
+    if (!line.starts_with("[GC:")) continue;
+    for (const char* other : {"G55", "G56", "G57", "G58", "G59"})
+      if (line.find(other) != line.npos) return false;
+  }
+  return true;
+}
+
 Result<std::optional<Joints>> grbl_place(const MachineModel& machine, Link& wire, Clock& clock) {
   GrblTalk talk(wire, clock);
+  const Result<bool> counted = counts_from_g54(talk);
+  if (!counted) return tl::unexpected<Error>(counted.error());
+  if (!*counted) return std::nullopt;
   const Result<GrblStatus> said = talk.report_with_offset();
   if (!said) return tl::unexpected<Error>(said.error());
   const bool known = said->in_work || talk.offset().size() == said->axes.size();

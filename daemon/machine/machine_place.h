@@ -11,7 +11,8 @@
 namespace tiltfeed::daemon {
 
 /// Where the axes are, as the controller reports it, in program coordinates. Nothing where it does not tell
-/// (drip feed, plain drives, a Grbl without offsets, a RepRap board that restarts when it is asked). Errors:
+/// (drip feed, plain drives, a Grbl without offsets or in another one than G54, a RepRap board that restarts
+/// when it is asked). Errors:
 /// kLink.
 Result<std::optional<Joints>> read_place(const LinkSpec& link, const MachineModel& machine, Link& wire,
                                          Clock& clock);

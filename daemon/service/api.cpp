@@ -134,9 +134,10 @@ std::string write_text(const std::string& text, const char* key) {
   return out.dump(-1, ' ', true, json::error_handler_t::replace) + "\n";
 }
 
-std::string write_begun(std::uint64_t job, const std::string& text) {
-  const nlohmann::ordered_json out = {{"v", kApiVersion}, {"ok", true}, {"text", text}, {"begins", job}};
-  return out.dump() + "\n";
+std::string write_begun(std::uint64_t job, const std::string& text, const std::string& way_in) {
+  nlohmann::ordered_json out = {{"v", kApiVersion}, {"ok", true}, {"text", text}, {"begins", job}};
+  if (!way_in.empty()) out["way_in"] = way_in;
+  return out.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 std::string write_refusal(const Error& error) {

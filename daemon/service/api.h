@@ -56,7 +56,7 @@ std::string write_request(const ApiRequest& request);
 /// {"v":1,"ok":true,"text":"..."}, a line. `key`: in the place of "text".
 std::string write_text(const std::string& text, const char* key = "text");
 /// With the job that begins: whether the controller takes it is not known yet.
-std::string write_begun(std::uint64_t job, const std::string& text);
+std::string write_begun(std::uint64_t job, const std::string& text, const std::string& way_in = "");
 /// {"v":1,"ok":false,"error":"..."}, a line.
 std::string write_refusal(const Error& error);
 

@@ -1,5 +1,6 @@
 #include "daemon/service/entry_hold.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -11,12 +12,17 @@
 #include <vector>
 
 #include "config/child_process.h"
+#include "daemon/journal/in_force.h"
+#include "daemon/program/line_reader.h"
+#include "daemon/program/numeric_block.h"
+#include "kinematics/basics/decimal.h"
 
 namespace tiltfeed::daemon {
 namespace {
 
 constexpr std::string_view kSpeaker = "tiltfeed-sim prove: ", kName = "the way in";
-constexpr const char* kModes = "G21 G90 G17 G40 G49 G54 G94\n";
+constexpr const char *kModes = "G21 G90 G17 G40 G49 G54 G94\n", *kEnd = "M30\n";
+constexpr const char* kClear = "held against part, fixtures and machine: the way in keeps clear";
 
 /// What the prover says of a text.
 struct Verdict {
@@ -59,7 +65,8 @@ Result<Verdict> prove(const std::string& text, const EntrySetup& setup) {
                                  setup.job,   "/dev/fd/" + std::to_string(config::HeardProcess::kFile),
                                  "--name",    std::string(kName),
                                  "--machine", setup.machine,
-                                 "--threads", "1"};
+                                 "--threads", "1",
+                                 "--closed"};
   for (const auto& [option, value] :
        {std::pair<const char*, const std::string&>{"--stl", setup.stl}, {"--operation", setup.operation}})
     if (!value.empty()) words.emplace_back(option), words.push_back(value);
@@ -77,34 +84,90 @@ std::string not_held(const std::string& why) {
   return "not held against part, fixtures and machine: " + why + "; look at the way that the lines go\n";
 }
 
+/// A way in. `from`: the place and the moves that it begins with, where the tool may be in the part.
+struct WayIn {
+  std::string head, from, rest;
+  bool stands = false;  ///< where the machine stands is in it
+  std::string advice;   ///< what to do where it is refused
+};
+
+/// As hold_entry.
+Result<std::string> hold(const WayIn& way, const EntrySetup& setup) {
+  std::string text = way.head + way.from + way.rest + kEnd, note;
+  auto verdict = prove(text, setup);
+  // Where it stands it may be in the part: the way off from there is in the lines of `from`.
+  const auto lines = static_cast<std::size_t>(std::ranges::count(way.head + way.from, '\n'));
+  if (verdict && verdict->gouges && !way.from.empty() && verdict->line <= lines) {
+    note =
+        "; where it stands now the tool is in the part, so that its way off from there is not held against "
+        "it";
+    text = way.head + way.rest + kEnd;
+    verdict = prove(text, setup);
+  }
+  if (!verdict) return not_held(verdict.error().message);
+  if (verdict->clear)
+    return kClear +
+           std::string(way.stands ? "" : " from its first place on (where it stands is not reported)") +
+           note + "\n";
+  if (!verdict->collides && !verdict->gouges) return not_held(verdict->said);
+  return fail(Code::kInput, "the way in is refused at its line '" + line_of(text, verdict->line) +
+                                "': " + verdict->said + "; nothing has moved: " + way.advice);
+}
+
+/// The moves of a program until it has stated where every axis is. Errors: kInput: a line that is not
+/// understood before that.
+Result<std::string> moves_to_first_place(const std::string& path, const MachineModel& machine) {
+  Result<LineReader> program = LineReader::open(path);
+  if (!program) return tl::unexpected<Error>(program.error());
+  BlockReader reader(numeric_axes(machine), true);
+  InForce now;
+  std::string moves;
+  std::vector<NumericBlock> blocks;
+  for (Line line; !now.is_placed(machine);) {
+    const Result<bool> more = program->next(line);
+    if (!more) return tl::unexpected<Error>(more.error());
+    if (!*more) break;
+    blocks.clear();
+    if (const Result<void> read = reader.read(line, blocks); !read)
+      return fail(Code::kInput,
+                  "line " + std::to_string(line.number) + ": '" + line.text + "': " + read.error().message);
+    now.take_words(line.text);
+    for (const NumericBlock& block : blocks) now.take(block);
+    const bool goes = std::ranges::any_of(blocks, [](const NumericBlock& block) {
+      return block.op == BlockOp::kRapid || block.op == BlockOp::kFeed;
+    });
+    if (goes || line.text.starts_with("G9")) moves += line.text + "\n";
+  }
+  return moves;
+}
+
 }  // namespace
 
 Result<std::string> hold_entry(const Reentry& entry, const EntrySetup& setup) {
   if (setup.job.empty())
     return not_held("the program was handed in by itself, without a job that states them");
-  const std::string start = entry.as_it_stands ? "" : kModes, end = "M30\n";
-  std::string text = start + entry.from + entry.held + end, note;
-  auto verdict = prove(text, setup);
-  const std::size_t off = start.empty() ? 0 : 1;
-  // Where it stands it may be in the part: the way off from there is the first two lines.
-  if (verdict && verdict->gouges && !entry.from.empty() && verdict->line <= off + 2) {
-    note =
-        "; where it stands now the tool is in the part, so that its way off from there is not held against "
-        "it";
-    text = start + entry.held + end;
-    verdict = prove(text, setup);
-  }
-  if (!verdict) return not_held(verdict.error().message);
-  if (verdict->clear)
-    return "held against part, fixtures and machine: the way in keeps clear" +
-           std::string(entry.from.empty() ? " from its first place on (where it stands is not reported)"
-                                          : "") +
-           note + "\n";
-  if (!verdict->collides && !verdict->gouges) return not_held(verdict->said);
-  return fail(Code::kInput,
-              "the way in is refused at its line '" + line_of(text, verdict->line) + "': " + verdict->said +
-                  "; nothing has moved: take the tool clear by hand to where the way is free, or "
-                  "enter at another block");
+  return hold({entry.as_it_stands ? "" : kModes, entry.from, entry.held, !entry.from.empty(),
+               "take the tool clear by hand to where the way is free, or enter at another block"},
+              setup);
+}
+
+Result<std::string> hold_start(const std::string& program, const config::MachineProfile& machine,
+                               const Joints& stands, const EntrySetup& setup) {
+  const Result<std::string> moves = moves_to_first_place(program, machine.model);
+  if (!moves) return not_held(moves.error().message);
+  const config::ProgramFormat& format = machine.format;
+  std::string place = "G1";
+  const auto word = [&](char letter, double value, int decimals) {
+    place += std::string(" ") + letter + decimal(value, decimals);
+  };
+  word('X', stands.x, format.linear_decimals), word('Y', stands.y, format.linear_decimals);
+  word('Z', stands.z, format.linear_decimals);
+  if (machine.model.tilt.present) word(machine.model.tilt.letter, stands.a, format.rotary_decimals);
+  if (machine.model.rotary.present) word(machine.model.rotary.letter, stands.c, format.rotary_decimals);
+  // No tool begins in the part: unlike at an entry nothing was cut yet, and it can be taken off by hand.
+  return hold({kModes + place + " F100\n", "", *moves, true,
+               "take the tool to where the way is free (`tiltfeed machine jog`), then start again"},
+              setup);
 }
 
 }  // namespace tiltfeed::daemon

@@ -1,9 +1,11 @@
 #pragma once
-// The way in of a re-entry, held against part, fixtures and machine before it moves: `tiltfeed-sim prove` as
-// a process of its own, on the job's set-up.
+// The way in of a start or a re-entry, held against part, fixtures and machine before it moves: `tiltfeed-sim
+// prove` as a process of its own, on the job's set-up.
 
+#include <optional>
 #include <string>
 
+#include "config/machine_profile.h"
 #include "daemon/journal/reentry_text.h"
 #include "kinematics/basics/result.h"
 
@@ -13,7 +15,7 @@ namespace tiltfeed::daemon {
 /// itself.
 struct EntrySetup {
   std::string job, stl, machine;  ///< files
-  std::string operation;          ///< of the job, in which the entry is; empty: the job is one
+  std::string operation;          ///< of the job, in which the way ends; empty: the job is one
 };
 
 /// A line for the operator: that it keeps clear, or why and of what that is not known. The place where the
@@ -21,5 +23,12 @@ struct EntrySetup {
 /// says so. Errors: kInput: two bodies come too near to each other, or the tool cuts into the part, with the
 /// line of the way in and both bodies; what to do.
 Result<std::string> hold_entry(const Reentry& entry, const EntrySetup& setup);
+
+/// The same of a program from its beginning: from where the machine `stands`, by the program's own moves, to
+/// the first place that states every axis, none of it in the part. What comes behind it was proven as the
+/// program was planned. The tool is the one of the job's first operation, whatever is in the spindle before
+/// the program changes it. Requires: a job. Errors: likewise.
+Result<std::string> hold_start(const std::string& program, const config::MachineProfile& machine,
+                               const Joints& stands, const EntrySetup& setup);
 
 }  // namespace tiltfeed::daemon

@@ -130,7 +130,7 @@ class JobService {
   Result<std::string> while_running(const MachineOrder& order, const std::vector<std::string>& words);
   Result<SpooledJob> job_on_machine();
   Result<std::string> run(SpooledJob job, const ProgramRun& prepared, const ResumeDecision& decision,
-                          const std::string& way_back = "");
+                          const std::string& way_back = "", const std::string& held = "");
   Result<std::string> enqueue(SpooledJob job);
   Result<std::string> leave_queue(SpooledJob job);
   Result<void> not_an_entry(const SpooledJob& job) const;

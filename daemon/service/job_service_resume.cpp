@@ -71,6 +71,29 @@ Result<Reentry> plan_entry(const EntryOrder& order) {
   return entry;
 }
 
+/// What is known of the way from where the machine stands to the first place of a planned program; empty: the
+/// program was handed in by itself. Errors: those of hold_start.
+Result<std::string> hold_way_in(const std::string& program, const std::string& yaml, const std::string& stl,
+                                const LinkSpec& link, const config::MachineProfile& machine) {
+  const std::string unknown =
+      "the way to the program's first place is not held against part, fixtures and "
+      "machine: ";
+  std::error_code none;
+  if (!std::filesystem::exists(yaml, none))
+    return unknown + "the program was handed in by itself, without a job that states them";
+  // Whatever is wrong with the wire is the run's to say.
+  const auto stands = place_of(link, machine.model);
+  if (!stands) return unknown + stands.error().message;
+  if (!*stands) return unknown + "the machine does not report where it stands";
+  EntrySetup setup{yaml, stl, machine.path, ""};
+  if (const auto operations = read_operations(program, link.kind, machine.model);
+      operations && !operations->empty())
+    setup.operation = operations->front().name;
+  auto held = hold_start(program, machine, **stands, setup);
+  if (held && !held->empty()) held->pop_back();  // its line's end
+  return held;
+}
+
 Result<ProgramRun> write_entry(const EntryOrder& order) {
   const Result<Reentry> entry = plan_entry(order);
   if (!entry) return tl::unexpected<Error>(entry.error());
@@ -98,7 +121,8 @@ Result<ProgramRun> prepare_spooled(const SpooledJob& job, const std::string& pro
 }
 
 Result<std::string> JobService::run(SpooledJob job, const ProgramRun& prepared,
-                                    const ResumeDecision& decision, const std::string& way_back) {
+                                    const ResumeDecision& decision, const std::string& way_back,
+                                    const std::string& held) {
   if (const Result<void> free = machine_free(job.id); !free) return tl::unexpected<Error>(free.error());
   // An adapter may have got another device's name since the service began.
   if (const Result<void> claimed = claim_.follow(link_); !claimed)
@@ -116,22 +140,28 @@ Result<std::string> JobService::run(SpooledJob job, const ProgramRun& prepared,
                   way_back, config_.machine.model, parking(job.id),
                   cut_way_advice(link_.kind, config_.machine.format)});
   changing_ = {};
-  return write_begun(job.id, "starting");
+  if (!held.empty()) log(Severity::kInfo, job.id, held);
+  return write_begun(job.id, "starting", held);
 }
 
 /// The whole program, for a new workpiece. Requires: job.state is kReady or kDone.
 void JobService::begin(const SpooledJob& job, Done done) {
   const auto read = [this, job, program = spool_.file(job.id, "program.nc"),
-                     link = link_]() -> Errands::Then {
-    return [this, job, prepared = prepare_spooled(job, program, link)]() -> Result<std::string> {
+                     yaml = spool_.file(job.id, "job.yaml"), stl = spool_.file(job.id, "part.stl"),
+                     link = link_, machine = config_.machine]() -> Errands::Then {
+    const auto prepared = prepare_spooled(job, program, link);
+    Result<std::string> held = std::string();
+    if (prepared) held = hold_way_in(program, yaml, stl, link, machine);
+    return [this, job, prepared, held]() -> Result<std::string> {
       if (!prepared) return tl::unexpected<Error>(prepared.error());
+      if (!held) return tl::unexpected<Error>(held.error());
       // Another workpiece: its run has a journal of its own.
       std::error_code gone;
       std::filesystem::remove(spool_.file(job.id, "journal"), gone);
       if (gone) return fail(Code::kIo, spool_.file(job.id, "journal") + ": " + gone.message());
       ResumeDecision fresh;
       fresh.way = ResumeWay::kFresh;
-      return run(job, *prepared, fresh);
+      return run(job, *prepared, fresh, "", *held);
     };
   };
   errands_.begin({job.id, true, true}, read, std::move(done));

@@ -86,6 +86,14 @@ class EntryShop {
     return hold_entry(*entry, files);
   }
 
+  /// From where it stands to the first place of the program, whose lines before it are `head`.
+  Result<std::string> start_held(const Joints& stands, const std::string& head = "G0 A0 C0\n") const {
+    const std::string text = "G21 G90 G17 G40 G49 G54 G94\nT1\nM0\n" + head + "G0 X0 Y0\nG0 Z" +
+                             decimal(place({0, 0, 40}, 0.0).z, 4) + "\nG1 Z" +
+                             decimal(place({0, 0, 20}, 0.0).z, 4) + " F500\nM2\n";
+    return hold_start(folder_.write("start.nc", text), profile_, stands, setup_files_);
+  }
+
   EntrySetup setup_files_;
 
  private:
@@ -131,6 +139,63 @@ TEST(EntryHold, NamesWhatStandsInTheWay) {
     ASSERT_TRUE(free) << free.error().message;
     EXPECT_EQ(*free, "held against part, fixtures and machine: the way in keeps clear\n");
   }
+}
+
+/// A start goes from where the machine stands by the program's own first moves.
+TEST(StartHold, HoldsTheFirstMovesFromWhereItStands) {
+  const std::string kept = "held against part, fixtures and machine: the way in keeps clear\n";
+  const EntryShop shop(kPost), clear("");
+  // Across at the height at which it stands: the post is in the way, and not from the other side.
+  const auto refused = shop.start_held(shop.place({300, 0, 60}, 0.0));
+  ASSERT_FALSE(refused) << *refused;
+  EXPECT_EQ(refused.error().code, Code::kInput);
+  for (const char* words : {"the way in is refused at its line 'G0X0Y0'", "fixture \"post\"",
+                            "nothing has moved", "tiltfeed machine jog"})
+    EXPECT_NE(refused.error().message.find(words), std::string::npos) << refused.error().message;
+  for (const auto& held :
+       {shop.start_held(shop.place({-300, 0, 60}, 0.0)), clear.start_held(clear.place({300, 0, 60}, 0.0)),
+        // Off along Z first, it goes over the post.
+        shop.start_held(shop.place({300, 0, 60}, 0.0), "G53 G0 Z0\nG0 A0 C0\n")}) {
+    ASSERT_TRUE(held) << held.error().message;
+    EXPECT_EQ(*held, kept);
+  }
+}
+
+TEST(StartHold, HoldsTheRetractAndTheSwing) {
+  const std::string off = "G53 G0 Z0\n", turn = "G0 A0 C0\n";
+  // Leaned: a shelf over the tip, and a block that it swings into.
+  const EntryShop shelf(
+      "fixtures:\n  - {name: shelf, on: part, shape: box, size_mm: [40, 40, 10], at_mm: [0, 235, 150]}\n");
+  const Joints leaned = shelf.place({0, 250, 60}, -60.0);
+  const auto up = shelf.start_held(leaned, off + turn);
+  ASSERT_FALSE(up) << *up;
+  EXPECT_NE(up.error().message.find("line 'G53G0Z0'"), std::string::npos) << up.error().message;
+  EXPECT_NE(up.error().message.find("fixture \"shelf\""), std::string::npos) << up.error().message;
+  EXPECT_TRUE(shelf.start_held(shelf.place({100, 250, 60}, -60.0), off + turn));
+  const EntryShop block(
+      "fixtures:\n  - {name: block, on: part, shape: box, size_mm: [40, 40, 80], at_mm: [0, 432, -100]}\n");
+  const auto swing = block.start_held(leaned, turn + off);
+  ASSERT_FALSE(swing) << *swing;
+  EXPECT_NE(swing.error().message.find("line 'G0A0C0'"), std::string::npos) << swing.error().message;
+  EXPECT_NE(swing.error().message.find("fixture \"block\""), std::string::npos) << swing.error().message;
+  EXPECT_TRUE(block.start_held(leaned, off + turn)) << "the same swing at the retract";
+}
+
+TEST(StartHold, SaysWhatItDoesNotKnow) {
+  EntryShop shop(kPost);
+  const Joints beside = shop.place({-300, 0, 60}, 0.0);
+  // Where the tool would begin in the part it is to be taken off by hand.
+  const auto inside = shop.start_held(shop.place({0, 0, 15}, 0.0));
+  ASSERT_FALSE(inside) << *inside;
+  EXPECT_NE(inside.error().message.find("gouge: "), std::string::npos) << inside.error().message;
+  const auto other = shop.start_held(beside, "G55\nG0 A0 C0\n");
+  ASSERT_TRUE(other) << other.error().message;
+  EXPECT_NE(other->find("not held against part, fixtures and machine: line 4: 'G55'"), std::string::npos)
+      << *other;
+  shop.setup_files_.stl = "/tmp/none.stl";
+  const auto unread = shop.start_held(beside);
+  ASSERT_TRUE(unread) << unread.error().message;
+  EXPECT_NE(unread->find("not held against part, fixtures and machine: "), std::string::npos) << *unread;
 }
 
 /// Leaned, the retract from where it stands goes along the tool: into what stands there.

@@ -1,0 +1,82 @@
+#!/usr/bin/python3
+"""A planned job is started from where the machine stands: the way to the program's first place is held against the job's
+fixtures, and refused with line and bodies before anything moves. Taken to a place from which the way is free it starts. What
+nobody can hold is said: a program without a job, a control that does not report where it stands.
+
+start_hold_test.py BIN_FOLDER WORK_FOLDER
+"""
+
+import re
+import sys
+
+import set_ups_test as made
+from service_run import ROOT, Run, axes, write_feeds
+
+# A post between the part and where the machine stands; the program has no retract, so that it goes across as it is.
+FIXTURES = [made.post("tower", 20, 300, (110, 110, 0)), made.box("plate", (60, 40, 10), (0, 0, -10))]
+NOT_HELD = "the way to the program's first place is not held against part, fixtures and machine: "
+
+
+def write_machine(path, retract):
+    with open(f"{ROOT}/config/machines/generic-ac.yaml", encoding="utf-8") as file:
+        text = file.read()
+    text = re.sub(r"^program:.*?(?=^\S|\Z)", "", text, flags=re.M | re.S)
+    with open(path, "w", encoding="utf-8") as out:
+        out.write(f"{text.rstrip()}\nprogram: {{dialect: grbl{retract}}}\n")
+
+
+def submit(run, file, number):
+    status, said = run.tiltfeed("submit", f"{run.work}/{file}")
+    run.want(status == 0, f"not taken: {said}")
+    run.until(f"job {number} is not planned", lambda: run.show(number, "state") in ("ready", "failed"), 60)
+    run.want(run.show(number, "state") == "ready", f"job {number} is not ready: {run.show(number, 'note')}")
+
+
+def jog(run, where):
+    status, said = run.tiltfeed("machine", "jog", *where.split(), "F20000")
+    run.want(status == 0, f"jog {where}: {said}")
+
+
+def main():
+    run = Run(sys.argv[1], sys.argv[2])
+    made.write_parts(run.work)
+    write_machine(f"{run.work}/machine.yaml", ", retract: none")
+    # No tool number: nobody changes the tool on the way in.
+    made.write_job(run.work, "job", "wedge", made.UP, FIXTURES, "{direction: zigzag, side_step_mm: 12}", "",
+                   f"{run.work}/machine.yaml")
+    write_feeds(f"{run.work}/bare.nc", [(i, 0, 300, 0, 0) for i in range(20)], 600)
+    wire = run.simulate("--pty", f"{run.work}/machine", "--trace", f"{run.work}/trace.csv", "--speed", "max")
+    run.write("service.yaml", f"machine: machine.yaml\nlink: grbl:{wire}\nspool: spool\nsocket: api.sock\n")
+    try:
+        run.serve_ready()
+        submit(run, "job.yaml", 1)
+        submit(run, "bare.nc", 2)
+        jog(run, "Z+200")
+        jog(run, "X+250 Y+250")
+        rapids = lambda: [axes(row) for row in run.rows() if row["op"] == "rapid"]
+        status, said = run.tiltfeed("start", "1")
+        run.want(status != 0 and "the way in is refused at its line" in said and 'fixture "tower"' in said
+                 and "nothing has moved" in said, f"through the tower: {said}")
+        at = run.tiltfeed("machine", "status")[1]
+        run.want(run.show(1, "state") == "ready" and not rapids() and "program  X250 Y250 Z200 A0 C0" in at, f"it moved: {at}")
+        jog(run, "X-500 Y-500")
+        status, said = run.tiltfeed("start", "1")
+        run.want(status == 0 and "the way in keeps clear" in said, f"a free way is refused: {said}")
+        run.until("the job is not done", lambda: run.show(1, "state") == "done", 120)
+        run.until("no rapid is in the trace", rapids)
+        run.want(rapids()[0][:3] == [-250, -250, 200], f"the machine did not begin where it stood: {rapids()[:3]}")
+        status, said = run.tiltfeed("start", "2")
+        run.want(status == 0 and NOT_HELD + "the program was handed in by itself" in said, f"without a job: {said}")
+        run.until("the program is not done", lambda: run.show(2, "state") == "done", 120)
+        # In another offset than the program's, a place that is reported says nothing.
+        run.want(run.tiltfeed("machine", "console", "G55")[0] == 0, "no G55")
+        status, said = run.tiltfeed("start", "1")
+        run.want(status == 0 and NOT_HELD + "the machine does not report where it stands" in said, f"in G55: {said}")
+        run.until("the job is not done again", lambda: run.show(1, "state") == "done", 120)
+    finally:
+        run.end()
+    print("start: refused through a fixture, held and run round it, said where it is not known")
+
+
+if __name__ == "__main__":
+    main()
