@@ -249,7 +249,9 @@ Result<Posting> WayIn::posting() {
   op.words = &words_;
   op.setup = setup_;
   op.tool.length = setup_.tool_length;
-  op.tool_number = text.tool_number;
+  // An operation that changes no tool goes on with that of the one before.
+  for (std::size_t i = found_.before.operation + 1; i > 0 && !op.tool_number; --i)
+    op.tool_number = found_.text.operations[i - 1].tool_number;
   op.length_register = text.length_register;
   op.cut_feed = op.plunge_feed = Feed::from_mm_per_min(options_.plunge_feed);
   const ControlState& state = found_.state;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <functional>
 #include <optional>
 #include <string_view>
 
@@ -59,6 +60,32 @@ Result<std::vector<Mark>> read_marks(const std::string& path) {
   return marks;
 }
 
+/// Block by block: its number and its line of the file. False: no more are wanted.
+using Pass = std::function<bool(std::uint64_t block, std::uint64_t line)>;
+
+Result<void> walk_blocks(const std::string& path, LinkKind kind, const MachineModel& machine,
+                         const Pass& pass) {
+  Result<BlockCursor> program = BlockCursor::open(path, kind, machine);
+  if (!program) return tl::unexpected(program.error());
+  for (WalkedBlock block;;) {
+    const Result<bool> more = program->next(block);
+    if (!more) return tl::unexpected(more.error());
+    if (!*more || !pass(block.block, block.line)) return {};
+  }
+}
+
+/// Of a link that counts lines: in the words of any control, none of which has to be understood.
+Result<void> walk_lines(const std::string& path, const Pass& pass) {
+  Result<LineReader> program = LineReader::open(path);
+  if (!program) return tl::unexpected(program.error());
+  std::uint64_t count = 0;
+  for (Line line;;) {
+    const Result<bool> more = program->next(line);
+    if (!more) return tl::unexpected(more.error());
+    if (!*more || !pass(++count, line.number)) return {};
+  }
+}
+
 }  // namespace
 
 Result<std::vector<OperationSpan>> read_operations(const std::string& path, LinkKind kind,
@@ -67,18 +94,17 @@ Result<std::vector<OperationSpan>> read_operations(const std::string& path, Link
   if (!marks) return tl::unexpected(marks.error());
   std::vector<OperationSpan> operations;
   if (marks->empty()) return operations;
-  Result<BlockCursor> program = BlockCursor::open(path, kind, machine);
-  if (!program) return tl::unexpected(program.error());
-  WalkedBlock block;
-  for (auto mark = marks->begin(); mark != marks->end();) {
-    const Result<bool> more = program->next(block);
-    if (!more) return tl::unexpected(more.error());
-    if (!*more) break;
-    for (; mark != marks->end() && mark->line < block.line; ++mark) {
+  auto mark = marks->begin();
+  const auto pass = [&](std::uint64_t block, std::uint64_t line) {
+    for (; mark != marks->end() && mark->line < line; ++mark) {
       operations.push_back(mark->operation);
-      operations.back().first = operations.size() == 1 ? 1 : block.block;
+      operations.back().first = operations.size() == 1 ? 1 : block;
     }
-  }
+    return mark != marks->end();
+  };
+  const auto walked =
+      counts_numeric_blocks(kind) ? walk_blocks(path, kind, machine, pass) : walk_lines(path, pass);
+  if (!walked) return tl::unexpected(walked.error());
   return operations;
 }
 

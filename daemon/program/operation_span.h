@@ -18,7 +18,9 @@ struct OperationSpan {
   std::uint64_t first = 1;              ///< block that it begins with, counted from 1 as the link counts
 };
 
-/// In their order; none where the program names none. Errors: kIo; kInput: as BlockCursor.
+/// In their order; none where the program names none. Over links that count lines the program may be in the
+/// words of any control. Errors: kIo; kInput: as LineReader; of links that count numeric blocks as
+/// BlockCursor.
 Result<std::vector<OperationSpan>> read_operations(const std::string& path, LinkKind kind,
                                                    const MachineModel& machine);
 /// The one that has the block; null: none, or it stands before the first.

@@ -61,6 +61,24 @@ def sent(path):
     return [line for line in lines if line and line != "%"]
 
 
+OPERATIONS = ("operations:\n  - {name: first, axis: " + made.UP + ", feeds: {cut_mm_per_min: 1500, plunge_mm_per_min: 310}}\n"
+              "  - {name: second, axis: " + made.leaning(20) + ", feeds: {cut_mm_per_min: 1500, plunge_mm_per_min: 270}}\n")
+
+
+def plunges_of_operations(run):
+    """An entry plunges as the operation does that the block belongs to, with its set-up."""
+    made.write_job(run.work, "two", "wedge", made.UP, [made.box("plate", (60, 40, 10), (0, 0, -10))], made.ROWS,
+                   "program: {tool: 1}\n" + OPERATIONS, "machine.yaml")
+    status, said = run.tiltfeed("submit", f"{run.work}/two.yaml")
+    run.want(status == 0, f"not taken: {said}")
+    run.until("the operations are not planned", lambda: run.show(3, "state") == "ready", 60)
+    program = sent(f"{run.work}/spool/jobs/3/program.nc")
+    for feed in ("F310.", "F270."):
+        block = next(i for i, line in enumerate(program) if line.endswith(feed)) + 4
+        status, shown = run.tiltfeed("resume", "3", "--from", str(block))
+        run.want(feed in shown and "the way in keeps clear" in shown, f"block {block} of two operations: {shown}")
+
+
 def main():
     run = Run(sys.argv[1], sys.argv[2])
     made.write_parts(run.work)
@@ -106,6 +124,7 @@ def main():
         run.want(f"G43 H1" in text and text.index("G68.2") < text.index("G43 H1"), "no plane, no length")
         status, out, wrong = run.call("prove", "job.yaml", "entry.nc", program="tiltfeed-sim")
         run.want(status == 0 and "no collision" in out, f"not proven: {out}{wrong}")
+        plunges_of_operations(run)
     finally:
         run.end()
     print(f"over DNC: entered at block {entered + 1} of {len(program)} in a tilted plane, {len(rest)} lines followed, proven")
