@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
+#include <utility>
 
 #include "sim/gcode/gcode_words.h"
 #include "sim/gcode/lines.h"
@@ -197,15 +199,33 @@ ControlReader::Wrong ControlReader::names(const ControlWords& words) {
   return std::nullopt;
 }
 
+/// Words that mean something only with a code beside them, by which a control stops or does what nobody
+/// reads.
+ControlReader::Wrong ControlReader::alone(const ControlWords& words) const {
+  using config::Dialect;
+  const auto any = [&](std::initializer_list<int> tenths) {
+    return std::any_of(tenths.begin(), tenths.end(), [&](int code) { return words.has_g(code); });
+  };
+  const bool plain = dialect_ == Dialect::kHeidenhain, blends = dialect_ == Dialect::kRs274 && any({640});
+  const std::pair<char, bool> meant[]{{'P', blends || any({40, 541, 1540})},
+                                      {'Q', blends},
+                                      {'R', plain && words['R'] == 0.0},
+                                      {'H', any({430, 434, 2340, 730})},
+                                      {'D', dialect_ == Dialect::kSiemens}};
+  for (const auto& [letter, means] : meant)
+    if (words.has(letter) && !means) return std::string(1, letter) + " belongs to no code of this line";
+  return std::nullopt;
+}
+
 ControlReader::Wrong ControlReader::letters(const ControlWords& words) const {
   constexpr std::string_view kOthers = "XYZFSTHDPRQIJK";
   for (char letter = 'A'; letter <= 'Z'; ++letter) {
     if (!words.has(letter) || kOthers.find(letter) != kOthers.npos || letter == model_.tilt.letter ||
         letter == model_.rotary.letter)
       continue;
-    if (letter == 'H') continue;
     return std::string(1, letter) + " is no word of this machine";
   }
+  if (auto wrong = alone(words)) return wrong;
   if (auto wrong = centre_words(words)) return wrong;
   if (words.has_g(730) && !(words.has('H') && words['H'] == 0.0)) return "a turned part is refused";
   return std::nullopt;

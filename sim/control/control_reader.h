@@ -58,6 +58,7 @@ class ControlReader {
   Wrong other_unit(bool inches) const;
   Wrong names(const ControlWords& words);
   Wrong letters(const ControlWords& words) const;
+  Wrong alone(const ControlWords& words) const;
   Wrong machine_codes(const ControlWords& words, std::vector<ControlBlock>& blocks);
   Wrong dwell(const ControlWords& words, std::vector<ControlBlock>& blocks);
   Wrong motion(const ControlWords& words, std::vector<ControlBlock>& blocks);

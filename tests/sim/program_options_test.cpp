@@ -85,6 +85,35 @@ class ProgramOptions : public testing::TestWithParam<DialectCase> {
   Job job_;
 };
 
+/// A word that means something only beside a code: alone in a feed a control stops at it, or does what nobody
+/// reads.
+TEST_P(ProgramOptions, WordsWithoutTheirCodeAreRefused) {
+  const ProgramText lines = text(false, {});
+  ASSERT_EQ(fault(lines), "");
+  std::size_t cut = lines.size();
+  for (std::size_t i = 0; i < lines.size(); ++i)
+    if (lines[i].find(lines[i].find("X+10") != std::string::npos ? "X+10" : "X10") != std::string::npos &&
+        lines[i].find("TILTFEED") == std::string::npos)
+      cut = std::min(cut, i);
+  ASSERT_LT(cut, lines.size());
+  for (const char letter : {'P', 'Q', 'R', 'H', 'D'}) {
+    ProgramText damaged = lines;
+    std::string& line = damaged[cut];
+    line.insert(line.ends_with('*') ? line.size() - 1 : line.size(), std::string(" ") + letter + "7");
+    ControlReader reader(job_.machine, job_.setup);
+    std::string all, said;
+    for (const std::string& one : damaged) all += one + "\n";
+    std::istringstream in(all);
+    if (const auto read = read_control_program(in, "p.nc", reader, [](const ControlBlock&) {}); !read)
+      said = read.error().message;
+    const bool edge = letter == 'D' && GetParam().dialect == config::Dialect::kSiemens;
+    EXPECT_EQ(said.empty(), edge) << line << ": " << said;
+    if (!edge) {
+      EXPECT_NE(said.find(letter), std::string::npos) << line << ": " << said;
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Control, ProgramOptions, testing::ValuesIn(dialect_cases()), case_name);
 
 /// The tool is 97.25 mm long: half of 0.01 mm at its end is 0.00294 degrees.
