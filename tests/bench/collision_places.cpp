@@ -1,10 +1,16 @@
 // The check of collisions against plain distances of convex bodies at 1,000 places of every block of a
-// program: an own chain of links, bodies as their formulas, no tree and no bound. Run by collision_places.py.
+// program: an own chain of links, bodies as their formulas, no tree. Distances are libccd's, on
+// which FCL stands, so that nothing of the product judges itself. A place is passed over where two bodies
+// cannot have come nearer than at another place of the block, or than 1 mm over what is asked: by the
+// distance that was measured last, less all that they moved since, or by the balls that hold them. Run by
+// collision_places.py.
 //
 // collision_places JOB PROGRAM
 
+#include <fcl/narrowphase/detail/convexity_based_algorithm/gjk_libccd.h>
 #include <tbb/parallel_for.h>
 
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <functional>
@@ -17,9 +23,9 @@
 #include "config/job.h"
 #include "pathgen/mesh/mesh_check.h"
 #include "pathgen/mesh/stl.h"
+#include "sim/basics/text.h"
 #include "sim/collision/collision_check.h"
 #include "sim/control/control_reader.h"
-#include "sim/proof/convex_gap.h"
 
 namespace tiltfeed::sim {
 namespace {
@@ -27,6 +33,10 @@ namespace {
 constexpr int kPlaces = 1000;
 constexpr double kFar = 50.0;   // mm: nobody asks for so much
 constexpr double kSure = 1e-6;  // mm, to which a distance is found
+// Further apart than asked by this much and what they move to the next places nobody has to know how far.
+constexpr double kNear = 1.0;  // mm
+constexpr unsigned kMostLooks = 1000;
+constexpr std::size_t kMostTold = 1000000;  // bytes of the places that are too near
 // What a "hit" may be further apart than is asked, mm: the check's own error, two meshes of round bodies,
 // TCP.
 constexpr double kTold = kCollisionError + 0.02 + 0.01;
@@ -238,13 +248,27 @@ bool exempt(const Group& a, const Group& b) {
   return (a.tool && b.part) || (a.part && b.tool);
 }
 
-/// The distance, or less than it where they are further apart than anybody asks for.
+/// A body at its place, for FCL.
+struct Placed {
+  const Convex& body;
+  const Frame& frame;
+};
+
+extern "C" void support_of(const void* object, const ccd_vec3_t* direction, ccd_vec3_t* point) {
+  const auto& placed = *static_cast<const Placed*>(object);
+  const Vec3 u{direction->v[0], direction->v[1], direction->v[2]};
+  const Vec3 p =
+      placed.frame.turn * placed.body.furthest(transposed(placed.frame.turn) * u) + placed.frame.shift;
+  ccdVec3Set(point, p.x, p.y, p.z);
+}
+
+/// 0: they meet.
 double distance(const Convex& a, const Frame& fa, const Convex& b, const Frame& fb) {
-  const Rotation back_a = transposed(fa.turn), back_b = transposed(fb.turn);
-  const auto difference = [&](Vec3 u) {
-    return fa.turn * a.furthest(back_a * -u) + fa.shift - fb.turn * b.furthest(back_b * u) - fb.shift;
-  };
-  return gap_between(difference, {0.36, 0.48, 0.8}, kFar, kSure).width;
+  Placed one{a, fa}, other{b, fb};
+  double apart = 0.0;
+  fcl::detail::GJKDistance<double>(&one, support_of, &other, support_of, kMostLooks, kSure, &apart, nullptr,
+                                   nullptr);
+  return std::max(0.0, apart);
 }
 
 using Pair = std::pair<std::size_t, std::size_t>;
@@ -263,9 +287,9 @@ int run(const std::string& job_file, const std::string& program) {
   if (!part || !check) return 1;
   ControlReader reader(job->machine, job->setup);
   const MoveFrames frames(job->machine.model, job->setup);
-  std::ifstream text(program);
+  std::ifstream in(program);
   std::vector<ControlBlock> blocks;
-  for (std::string line; std::getline(text, line);)
+  for (std::string line; std::getline(in, line);)
     if (auto read = reader.read_line(line, blocks); !read)
       return std::printf("%s: %s\n", line.c_str(), read.error().message.c_str()), 1;
   std::vector<ProgramMove> moves;
@@ -289,6 +313,7 @@ int run(const std::string& job_file, const std::string& program) {
   struct Count {
     std::size_t clear = 0, hit = 0, missed = 0, wrong = 0, blocks_hit = 0;
     double nearest = kInfinity;
+    std::string near;  // "[line, body, body, room], " of each pair that is nearer than asked
   };
   std::vector<Count> counts(moves.size());
   tbb::parallel_for(std::size_t{0}, moves.size(), [&](std::size_t i) {
@@ -297,6 +322,7 @@ int run(const std::string& job_file, const std::string& program) {
     for (const CollisionPlace& place : check->hold(std::span(&move, 1), 0).places)
       told.insert(std::minmax(word_of(place.first), word_of(place.second)));
     std::vector<double> rooms(pairs.size(), kInfinity), moved(pairs.size(), 0.0);
+    std::vector<double> least;  // by pair of bodies: no nearer than this at the place, mm
     std::vector<Frame> before;
     const double turned =
         2.0 *
@@ -309,6 +335,7 @@ int run(const std::string& job_file, const std::string& program) {
                    mix(move.from.a, move.to.a), mix(move.from.c, move.to.c)};
       if (move.tcp) words = frames.slide_words(words);
       const std::vector<Frame> now = chain.frames(words);
+      std::size_t bodies = 0;
       for (std::size_t p = 0; p < pairs.size(); ++p) {
         const Group &a = groups[pairs[p].first], &b = groups[pairs[p].second];
         const Frame &fa = now[static_cast<std::size_t>(a.link)], &fb = now[static_cast<std::size_t>(b.link)];
@@ -319,14 +346,23 @@ int run(const std::string& job_file, const std::string& program) {
             const Vec3 middle = fa.turn * one.centre + fa.shift;
             const double apart =
                 length(middle - fb.turn * other.centre - fb.shift) - one.radius - other.radius;
-            rooms[p] = std::min(rooms[p], (apart > kFar ? apart : distance(one, fa, other, fb)) - asked);
-            if (apart > kFar || before.empty()) continue;
-            // How far the one goes from place to place, seen from the other.
-            const Frame &ga = before[static_cast<std::size_t>(a.link)],
-                        &gb = before[static_cast<std::size_t>(b.link)];
-            const Vec3 seen = transposed(fb.turn) * (middle - fb.shift),
-                       was = transposed(gb.turn) * (ga.turn * one.centre + ga.shift - gb.shift);
-            moved[p] = std::max(moved[p], length(seen - was) + one.radius * turned);
+            const std::size_t at_hand = bodies++;
+            if (least.size() == at_hand) least.push_back(0.0);
+            double &bound = least[at_hand], step = 0.0;
+            if (!before.empty()) {
+              // How far the one goes from place to place, seen from the other.
+              const Frame &ga = before[static_cast<std::size_t>(a.link)],
+                          &gb = before[static_cast<std::size_t>(b.link)];
+              const Vec3 seen = transposed(fb.turn) * (middle - fb.shift),
+                         was = transposed(gb.turn) * (ga.turn * one.centre + ga.shift - gb.shift);
+              step = length(seen - was) + one.radius * turned;
+              if (apart <= kFar) moved[p] = std::max(moved[p], step);
+              bound -= step;
+            }
+            bound = std::max(bound, apart);
+            if (apart <= kFar && bound - asked < std::min(rooms[p], kNear + 2.0 * step))
+              bound = distance(one, fa, other, fb);
+            rooms[p] = std::min(rooms[p], bound - asked);
           }
       }
       before = now;
@@ -335,6 +371,9 @@ int run(const std::string& job_file, const std::string& program) {
     for (std::size_t p = 0; p < pairs.size(); ++p) {
       const bool hit = told.count(std::minmax(groups[pairs[p].first].word, groups[pairs[p].second].word)) > 0;
       count.nearest = std::min(count.nearest, rooms[p]);
+      if (rooms[p] < kTold + moved[p])
+        count.near += text("[%u, \"%s\", \"%s\", %.3f], ", move.line, groups[pairs[p].first].word.c_str(),
+                           groups[pairs[p].second].word.c_str(), rooms[p]);
       if (hit && rooms[p] > kTold + moved[p])
         ++count.wrong;
       else if (!hit && rooms[p] < -2.0 * kSure)
@@ -348,11 +387,13 @@ int run(const std::string& job_file, const std::string& program) {
   for (const Count& one : counts) {
     all.clear += one.clear, all.hit += one.hit, all.missed += one.missed, all.wrong += one.wrong;
     all.blocks_hit += one.blocks_hit, all.nearest = std::min(all.nearest, one.nearest);
+    if (all.near.size() < kMostTold) all.near += one.near;
   }
   std::printf(
       "{\"blocks\": %zu, \"blocks_hit\": %zu, \"pairs\": %zu, \"clear\": %zu, \"hit\": %zu, \"missed\": %zu, "
-      "\"wrong\": %zu, \"least_room_mm\": %.3f}\n",
-      moves.size(), all.blocks_hit, pairs.size(), all.clear, all.hit, all.missed, all.wrong, all.nearest);
+      "\"wrong\": %zu, \"least_room_mm\": %.3f, \"near\": [%snull]}\n",
+      moves.size(), all.blocks_hit, pairs.size(), all.clear, all.hit, all.missed, all.wrong,
+      std::isfinite(all.nearest) ? all.nearest : kFar, all.near.c_str());
   return all.missed + all.wrong == 0 ? 0 : 1;
 }
 

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The check of collisions against plain distances at 1,000 places of every block: 12 small programs in several modes, dialects
+"""The check of collisions against plain distances, those of FCL (libfcl-dev), at 1,000 places of every block: 12 small programs in several modes, dialects
 and machines. Each is planned without its proof, and where it says so without its fixtures, so that programs collide, too.
 
 collision_places.py BIN_FOLDER WORK_FOLDER [FIRST [LAST]]   the table of sim/collision/README.md, or some of its rows, from 1 on;
@@ -66,6 +66,8 @@ def write_job(work, name, machine, part, axis, more, fixtures):
 
 def main():
     binaries, work = (os.path.abspath(path) for path in sys.argv[1:3])
+    if not os.path.exists(f"{binaries}/collision_places"):
+        sys.exit("collision_places is not there: install libfcl-dev, then cmake --build build/release --target collision_places")
     os.makedirs(work, exist_ok=True)
     made.write_parts(work)
     print("| program | machine, words | blocks, of them hit | pairs of bodies x blocks: clear, hit | missed, wrongly told |")
