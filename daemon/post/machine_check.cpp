@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "daemon/post/dialect.h"
 #include "kinematics/basics/decimal.h"
 
 namespace tiltfeed::daemon {
@@ -13,8 +14,7 @@ namespace {
 // Angles from home that are tried, degrees: one small enough for any machine, then ones that show an offset.
 constexpr std::array kTilts = {0.0, 10.0, -10.0, 30.0, -30.0};
 constexpr std::array kTurns = {0.0, 10.0, 90.0, 180.0};
-// Slow enough to press hold, mm/min.
-constexpr const char* kFeed = "F300";
+constexpr double kFeed = 300.0;  // mm/min: slow enough to press hold
 
 /// Whole last decimals, as the control will see them.
 Joints rounded(const config::MachineProfile& machine, const Setup& setup, Point<Part> tip, double a,
@@ -52,12 +52,16 @@ std::string leaning(Vec3 axis) {
   return text.empty() ? "stands upright" : "leans to" + text;
 }
 
-std::string word(char letter, double value, int decimals) {
-  return " " + (letter + decimal(value, decimals));
+/// A word, with a blank in front; some controls count last digits where a whole number has no point.
+std::string word(const config::ProgramFormat& format, char letter, double value, int decimals) {
+  const std::string text = decimal(value, decimals);
+  const bool bare = table_of(format.dialect).point && text.find('.') == text.npos;
+  return " " + (letter + text) + (bare ? "." : "");
 }
 
-std::string turn(const RotaryAxis& axis, double to, double from, int decimals) {
-  return axis.present ? word(axis.letter, control_word(axis.word, to, from, decimals), decimals) : "";
+std::string turn(const config::ProgramFormat& format, const RotaryAxis& axis, double to, double from) {
+  const int decimals = format.rotary_decimals;
+  return axis.present ? word(format, axis.letter, control_word(axis.word, to, from, decimals), decimals) : "";
 }
 
 }  // namespace
@@ -87,6 +91,10 @@ Result<std::string> check_program(const config::MachineProfile& machine, double 
   std::string out = line("(CHECK OF " + m.name + ": THE TIP STAYS WHERE IT IS ON THE TABLE)");
   out += line("(ZERO: THE POINT OF THE ROTARY AXIS, TOOL LENGTH " + decimal(tool_length, 4) + ")");
   out += line("(EACH STOP: INDICATE THE TIP, COMPARE HOW THE TOOL LEANS)");
+  // A Sinumerik or a Heidenhain reads neither these remarks nor G49.
+  if (f.dialect == config::Dialect::kSiemens || f.dialect == config::Dialect::kHeidenhain ||
+      f.dialect == config::Dialect::kHeidenhainIso)
+    out += line("(WORDS OF RS274: ENTER EACH PLACE BY HAND, WITHOUT TOOL LENGTH AND TCP)");
   out += line("G21 G90 G94 G17 G40 G49 G54");
   Joints at{0, 0, 0, m.tilt.zero, m.rotary.zero};
   for (std::size_t i = 0; i < places->size(); ++i) {
@@ -95,9 +103,9 @@ Result<std::string> check_program(const config::MachineProfile& machine, double 
                 decimal(pose.tip.y, 3) + " " + decimal(pose.tip.z, 3) + " AXIS " + decimal(pose.axis.x, 4) +
                 " " + decimal(pose.axis.y, 4) + " " + decimal(pose.axis.z, 4) + ")");
     out += line("(   " + leaning(pose.axis) + ")");
-    out += line("G1" + word('X', q.x, f.linear_decimals) + word('Y', q.y, f.linear_decimals) +
-                word('Z', q.z, f.linear_decimals) + turn(m.tilt, q.a, at.a, f.rotary_decimals) +
-                turn(m.rotary, q.c, at.c, f.rotary_decimals) + " " + kFeed);
+    out += line("G1" + word(f, 'X', q.x, f.linear_decimals) + word(f, 'Y', q.y, f.linear_decimals) +
+                word(f, 'Z', q.z, f.linear_decimals) + turn(f, m.tilt, q.a, at.a) +
+                turn(f, m.rotary, q.c, at.c) + word(f, 'F', kFeed, 0));
     out += line("M0");
     at = q;
   }

@@ -91,6 +91,23 @@ TEST(MachineCheck, SaysWhichWayTheToolLeans) {
   EXPECT_NE(program->find(" A10 C0 ", tilted), std::string::npos);
 }
 
+/// A Fanuc takes B10 for 0.01 degrees. Who cannot read the program at all is told.
+TEST(MachineCheck, NumbersAreThoseOfTheControl) {
+  for (const auto& [dialect, words, by_hand] :
+       {std::tuple{config::Dialect::kRs274, "X0 Y0 Z100 A0 C0 F300\n", false},
+        {config::Dialect::kFanuc, "X0. Y0. Z100. A0. C0. F300.\n", false},
+        {config::Dialect::kHaas, "X0. Y0. Z100. A0. C0. F300.\n", false},
+        {config::Dialect::kSiemens, "X0 Y0 Z100 A0 C0 F300\n", true},
+        {config::Dialect::kHeidenhain, "X0 Y0 Z100 A0 C0 F300\n", true}}) {
+    const auto machine = load_machine(SOURCE_DIR "/config/machines/generic-ac.yaml", dialect);
+    ASSERT_TRUE(machine) << machine.error().message;
+    const auto program = check_program(*machine, 100.0, 100.0);
+    ASSERT_TRUE(program) << program.error().message;
+    EXPECT_NE(program->find(words), std::string::npos) << *program;
+    EXPECT_EQ(program->find("ENTER EACH PLACE BY HAND") != std::string::npos, by_hand) << *program;
+  }
+}
+
 TEST(MachineCheck, ConfessesThatNoPlaceIsWithinTheLimits) {
   const auto program = check_program(shipped("generic-ac"), 100.0, 5000.0);
   ASSERT_FALSE(program);
