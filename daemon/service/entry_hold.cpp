@@ -13,8 +13,11 @@
 
 #include "config/child_process.h"
 #include "daemon/journal/in_force.h"
+#include "daemon/machine/machine_place.h"
 #include "daemon/program/line_reader.h"
 #include "daemon/program/numeric_block.h"
+#include "daemon/wire/open_link.h"
+#include "daemon/wire/steady_clock.h"
 #include "kinematics/basics/decimal.h"
 
 namespace tiltfeed::daemon {
@@ -141,6 +144,20 @@ Result<std::string> moves_to_first_place(const std::string& path, const MachineM
   return moves;
 }
 
+/// A feed to where the machine stands: held it is from there on.
+std::string place_line(const config::MachineProfile& machine, const Joints& at) {
+  const config::ProgramFormat& format = machine.format;
+  std::string line = "G1";
+  const auto word = [&](char letter, double value, int decimals) {
+    line += std::string(" ") + letter + decimal(value, decimals);
+  };
+  word('X', at.x, format.linear_decimals), word('Y', at.y, format.linear_decimals);
+  word('Z', at.z, format.linear_decimals);
+  if (machine.model.tilt.present) word(machine.model.tilt.letter, at.a, format.rotary_decimals);
+  if (machine.model.rotary.present) word(machine.model.rotary.letter, at.c, format.rotary_decimals);
+  return line + " F100\n";
+}
+
 }  // namespace
 
 Result<std::string> hold_entry(const Reentry& entry, const EntrySetup& setup) {
@@ -155,19 +172,33 @@ Result<std::string> hold_start(const std::string& program, const config::Machine
                                const Joints& stands, const EntrySetup& setup) {
   const Result<std::string> moves = moves_to_first_place(program, machine.model);
   if (!moves) return not_held(moves.error().message);
-  const config::ProgramFormat& format = machine.format;
-  std::string place = "G1";
-  const auto word = [&](char letter, double value, int decimals) {
-    place += std::string(" ") + letter + decimal(value, decimals);
-  };
-  word('X', stands.x, format.linear_decimals), word('Y', stands.y, format.linear_decimals);
-  word('Z', stands.z, format.linear_decimals);
-  if (machine.model.tilt.present) word(machine.model.tilt.letter, stands.a, format.rotary_decimals);
-  if (machine.model.rotary.present) word(machine.model.rotary.letter, stands.c, format.rotary_decimals);
   // No tool begins in the part: unlike at an entry nothing was cut yet, and it can be taken off by hand.
-  return hold({kModes + place + " F100\n", "", *moves, true,
+  return hold({kModes + place_line(machine, stands), "", *moves, true,
                "take the tool to where the way is free (`tiltfeed machine jog`), then start again"},
               setup);
+}
+
+Result<std::string> hold_way_back(const std::string& way, const config::MachineProfile& machine,
+                                  const Joints& stands, const EntrySetup& setup) {
+  if (setup.job.empty())
+    return not_held("the program was handed in by itself, without a job that states them");
+  std::string moves;
+  std::istringstream in(way);
+  for (std::string line; std::getline(in, line);)
+    if (line.starts_with("G0") || line.starts_with("G1") || line.starts_with("G53")) moves += line + "\n";
+  return hold({kModes + place_line(machine, stands), "", moves, true,
+               "take the tool to where the way is free (`tiltfeed machine jog`), then say it again"},
+              setup);
+}
+
+Result<std::optional<Joints>> where_it_stands(const LinkSpec& link, const MachineModel& machine) {
+  if (link.kind == LinkKind::kDrip || is_drive(link.kind)) return std::optional<Joints>();
+  const Result<std::unique_ptr<Link>> wire = open_link(link);
+  if (!wire) return tl::unexpected<Error>(wire.error());
+  SteadyClock clock;
+  if (const Result<void> can = takes_run(link, **wire, clock); !can)
+    return tl::unexpected<Error>(can.error());
+  return read_place(link, machine, **wire, clock);
 }
 
 }  // namespace tiltfeed::daemon

@@ -7,6 +7,7 @@
 
 #include "config/machine_profile.h"
 #include "daemon/journal/reentry_text.h"
+#include "daemon/wire/link.h"
 #include "kinematics/basics/result.h"
 
 namespace tiltfeed::daemon {
@@ -30,5 +31,14 @@ Result<std::string> hold_entry(const Reentry& entry, const EntrySetup& setup);
 /// the program changes it. Requires: a job. Errors: likewise.
 Result<std::string> hold_start(const std::string& program, const config::MachineProfile& machine,
                                const Joints& stands, const EntrySetup& setup);
+
+/// The same of the way back from a tool change, a small program of its own (tool_return.h), to its end, with
+/// the tool of the setup's operation. Errors: likewise.
+Result<std::string> hold_way_back(const std::string& way, const config::MachineProfile& machine,
+                                  const Joints& stands, const EntrySetup& setup);
+
+/// Where the machine says that it stands; nothing: this link does not tell. Errors: kUsage: it takes no
+/// program where it stands; kLink.
+Result<std::optional<Joints>> where_it_stands(const LinkSpec& link, const MachineModel& machine);
 
 }  // namespace tiltfeed::daemon

@@ -10,29 +10,15 @@
 #include "daemon/files/sha256.h"
 #include "daemon/journal/reentry.h"
 #include "daemon/machine/advice.h"
-#include "daemon/machine/machine_place.h"
 #include "daemon/program/operation_span.h"
 #include "daemon/service/entry_hold.h"
 #include "daemon/service/entry_mark.h"
 #include "daemon/service/job_origin.h"
 #include "daemon/service/job_service.h"
-#include "daemon/wire/open_link.h"
-#include "daemon/wire/steady_clock.h"
 
 namespace tiltfeed::daemon {
 
 namespace {
-
-/// Where the machine says that it stands. Errors: kUsage: it takes no program where it stands.
-Result<std::optional<Joints>> place_of(const LinkSpec& link, const MachineModel& machine) {
-  if (link.kind == LinkKind::kDrip || is_drive(link.kind)) return std::optional<Joints>();
-  const Result<std::unique_ptr<Link>> wire = open_link(link);
-  if (!wire) return tl::unexpected<Error>(wire.error());
-  SteadyClock clock;
-  if (const Result<void> can = takes_run(link, **wire, clock); !can)
-    return tl::unexpected<Error>(can.error());
-  return read_place(link, machine, **wire, clock);
-}
 
 /// All that a re-entry is made from, and the files that it goes to.
 struct EntryOrder {
@@ -60,7 +46,7 @@ Result<Reentry> plan_entry(const EntryOrder& order) {
     options.setup = planned->setup;
     setup = {order.yaml, order.stl, order.machine.path, files.operation};
   }
-  const auto stands = place_of(order.link, order.machine.model);
+  const auto stands = where_it_stands(order.link, order.machine.model);
   if (!stands) return tl::unexpected<Error>(stands.error());
   options.stands = *stands;
   Result<Reentry> entry = plan_reentry(order.program, order.link.kind, order.machine, options);
@@ -82,7 +68,7 @@ Result<std::string> hold_way_in(const std::string& program, const std::string& y
   if (!std::filesystem::exists(yaml, none))
     return unknown + "the program was handed in by itself, without a job that states them";
   // Whatever is wrong with the wire is the run's to say.
-  const auto stands = place_of(link, machine.model);
+  const auto stands = where_it_stands(link, machine.model);
   if (!stands) return unknown + stands.error().message;
   if (!*stands) return unknown + "the machine does not report where it stands";
   EntrySetup setup{yaml, stl, machine.path, ""};

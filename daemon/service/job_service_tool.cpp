@@ -2,6 +2,7 @@
 // goes back, the run goes on.
 
 #include <charconv>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "config/job.h"
@@ -9,6 +10,7 @@
 #include "daemon/journal/tool_return.h"
 #include "daemon/machine/advice.h"
 #include "daemon/program/operation_span.h"
+#include "daemon/service/entry_hold.h"
 #include "daemon/service/job_service.h"
 #include "kinematics/basics/decimal.h"
 
@@ -21,21 +23,47 @@ using nlohmann::ordered_json;
 using PlanWay = Result<ToolWay> (*)(const std::string&, LinkKind, const config::MachineProfile&,
                                     const ReturnOptions&);
 
-Result<ToolWay> plan_way(const WayOrder& order, PlanWay plan) {
-  ReturnOptions options;
-  options.change = order.change;
+/// The job's file and the operation in which the change is.
+config::JobFiles files_of(const WayOrder& order) {
   config::JobFiles files{.stl = order.stl, .machine = order.machine.path, .closed = true};
   if (const auto operations = read_operations(order.program, order.kind, order.machine.model))
     if (const OperationSpan* at = operation_at(*operations, order.change)) files.operation = at->name;
-  if (const auto planned = config::load_job_with(order.yaml, files); planned) {
+  return files;
+}
+
+Result<ToolWay> plan_way(const WayOrder& order, PlanWay plan) {
+  ReturnOptions options;
+  options.change = order.change;
+  if (const auto planned = config::load_job_with(order.yaml, files_of(order)); planned) {
     options.plunge_feed = planned->plan.plunge_feed.mm_per_min();
     options.setup = planned->setup;
   }
   return plan(order.program, order.kind, order.machine, options);
 }
 
-Result<std::string> write_way(const WayOrder& order, PlanWay plan, const std::string& file) {
-  const Result<ToolWay> way = plan_way(order, plan);
+/// The way back with what is known of it. Errors: those of hold_way_back, too.
+Result<ToolWay> plan_way_back(const WayOrder& order, const LinkSpec& link) {
+  Result<ToolWay> way = plan_way(order, plan_return);
+  if (!way) return way;
+  EntrySetup setup;
+  std::error_code none;
+  if (std::filesystem::exists(order.yaml, none))
+    setup = {order.yaml, order.stl, order.machine.path, files_of(order).operation};
+  // Whatever is wrong with the wire is the run's to say.
+  const auto stands = where_it_stands(link, order.machine.model);
+  if (!stands || !*stands) {
+    way->preview +=
+        "not held against part, fixtures and machine: " +
+        (stands ? std::string("the machine does not report where it stands") : stands.error().message) + "\n";
+    return way;
+  }
+  const Result<std::string> held = hold_way_back(way->program, order.machine, **stands, setup);
+  if (!held) return tl::unexpected<Error>(held.error());
+  way->preview += *held;
+  return way;
+}
+
+Result<std::string> write_way(const Result<ToolWay>& way, const std::string& file) {
   if (!way) return tl::unexpected<Error>(way.error());
   if (const auto written = config::write_file(file, way->program); !written)
     return tl::unexpected<Error>(written.error());
@@ -59,7 +87,7 @@ std::function<Result<std::string>(const ToolChange&)> JobService::parking(std::u
   return [order = way_order(job), file = spool_.file(job, "park.nc")](const ToolChange& change) {
     WayOrder way = order;
     way.change = change.block;
-    return write_way(way, plan_park, file);
+    return write_way(plan_way(way, plan_park), file);
   };
 }
 
@@ -124,8 +152,8 @@ void JobService::go_back(const SpooledJob& job, bool confirmed, Done done) {
   WayOrder order = way_order(job.id);
   order.change = changing_.change.block;
   if (!confirmed) {
-    const auto look = [order]() -> Errands::Then {
-      return [way = plan_way(order, plan_return)]() -> Result<std::string> {
+    const auto look = [order, link = link_]() -> Errands::Then {
+      return [way = plan_way_back(order, link)]() -> Result<std::string> {
         if (!way) return tl::unexpected<Error>(way.error());
         return write_text(way->preview, "confirm");
       };
@@ -135,7 +163,7 @@ void JobService::go_back(const SpooledJob& job, bool confirmed, Done done) {
   const auto write = [this, order, job, link = link_,
                       file = spool_.file(job.id, "way-back.nc")]() -> Errands::Then {
     const auto prepare = [&]() -> Result<ProgramRun> {
-      if (const auto way = write_way(order, plan_return, file); !way)
+      if (const auto way = write_way(plan_way_back(order, link), file); !way)
         return tl::unexpected<Error>(way.error());
       Result<ProgramRun> run = prepare_spooled(job, order.program, link);
       if (run) run->stand_at(order.change);

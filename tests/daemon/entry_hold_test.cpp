@@ -94,6 +94,10 @@ class EntryShop {
     return hold_start(folder_.write("start.nc", text), profile_, stands, setup_files_);
   }
 
+  Result<std::string> back_held(const Joints& stands, const std::string& way) const {
+    return hold_way_back(way, profile_, stands, setup_files_);
+  }
+
   EntrySetup setup_files_;
 
  private:
@@ -179,6 +183,29 @@ TEST(StartHold, HoldsTheRetractAndTheSwing) {
   EXPECT_NE(swing.error().message.find("line 'G0A0C0'"), std::string::npos) << swing.error().message;
   EXPECT_NE(swing.error().message.find("fixture \"block\""), std::string::npos) << swing.error().message;
   EXPECT_TRUE(block.start_held(leaned, off + turn)) << "the same swing at the retract";
+}
+
+/// The way back from a tool change goes up first, and is held to its end.
+TEST(WayBackHold, HoldsAllOfItFromWhereItStands) {
+  const std::string way =
+      "G21\nG90\nG94\nG53 G0 Z0\nG0 A0 C0\nG0 X0 Y0\nS8000 M3\nM8\nG4 P3.0\nG1 Z{} F500.0\nG93\n";
+  const auto back = [&](const EntryShop& shop, Point<Part> to) {
+    const std::string height = decimal(shop.place(to, 0.0).z, 4);
+    std::string text = way;
+    return shop.back_held(shop.place({300, 0, 60}, 0.0), text.replace(text.find("{}"), 2, height));
+  };
+  const EntryShop post(kPost),
+      shelf(
+          "fixtures:\n  - {name: shelf, on: part, shape: box, size_mm: [60, 60, 10], "
+          "at_mm: [0, 0, 60]}\n");
+  const auto over = back(post, {0, 0, 30});
+  ASSERT_TRUE(over) << over.error().message;
+  EXPECT_EQ(*over, "held against part, fixtures and machine: the way in keeps clear\n");
+  // Down at its end, through the shelf over the part.
+  const auto down = back(shelf, {0, 0, 30});
+  ASSERT_FALSE(down) << *down;
+  EXPECT_NE(down.error().message.find("at its line 'G1 Z"), std::string::npos) << down.error().message;
+  EXPECT_NE(down.error().message.find("fixture \"shelf\""), std::string::npos) << down.error().message;
 }
 
 TEST(StartHold, SaysWhatItDoesNotKnow) {
