@@ -17,7 +17,7 @@ readonly blocks=$((stated - after))
 damaged() {
   awk -v at="$line" -v last="$lines" -v blocks="$blocks" '
     /^\(TILTFEED blocks/ { sub(/blocks [0-9]+/, "blocks " blocks) }
-    NR > last { print "M2"; exit }
+    NR > last { print "G94"; print "G53 G0 Z0"; print "M2"; exit }
     {
       n = split($0, word, " ")
       for (i = 1; i <= n; ++i) if (word[i] ~ /^[XYZAC]/) w[substr(word[i], 1, 1)] = substr(word[i], 2)
