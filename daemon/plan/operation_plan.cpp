@@ -99,6 +99,7 @@ void OperationPlan::take_end_ways() {
   if (ends_.behind) moves.pop_back();
   if (ends_.before) {
     moves.erase(moves.begin());
+    moves.front().kind = MoveKind::kRapid;  // it may have become a plunge
     for (FeedChange& change : planned_.path.feeds) change.move -= change.move > 0 ? 1 : 0;
   }
   planned_.report.rapid_length -= ends_.length;

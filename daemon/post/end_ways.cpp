@@ -32,6 +32,15 @@ pathgen::PlanOptions without_clearances(pathgen::PlanOptions options) {
   return options;
 }
 
+/// With room for stock on the part.
+pathgen::PlanOptions over_stock(pathgen::PlanOptions options) {
+  const double room = 0.5 * options.links.approach;
+  options.allowance += room;
+  options.fixture_room.cutter += room, options.fixture_room.shank += room,
+      options.fixture_room.holder += room;
+  return options;
+}
+
 /// Where the tool can stand at a pose, and the machine's Z there.
 struct Stand {
   Joints words;
@@ -45,10 +54,15 @@ class EndWays {
         job_(job),
         pieces_(pieces_of(job.plan)),
         close_pieces_(pieces_of(without_clearances(job.plan))),
+        stock_pieces_(pieces_of(over_stock(without_clearances(job.plan)))),
         base_(pathgen::reference_height(job.plan.cutter)) {}
 
   /// How far along its axis the tool is to go; 0: it need not, or there is no way.
   double way(const Pose& pose);
+  /// Of that way: a rapid keeps off by half of the approach, which may stand on the part as stock.
+  MoveKind kind(const Pose& pose, double way) {
+    return clear(pose, way, stock_pieces_) ? MoveKind::kRapid : MoveKind::kPlunge;
+  }
 
  private:
   std::vector<Stand> stands(const Pose& pose) const;
@@ -59,6 +73,7 @@ class EndWays {
   const pathgen::Mesh& part_;
   const config::Job& job_;
   std::vector<pathgen::ToolPiece> pieces_, close_pieces_;  ///< with the guards' clearances, and without
+  std::vector<pathgen::ToolPiece> stock_pieces_;           ///< without, but with room for stock
   double base_;                                            ///< of the CL reference over the tip, mm
   std::optional<pathgen::FacetBvh> tree_;                  ///< made when first needed
 };
@@ -158,8 +173,10 @@ double add_end_ways(ToolPath& path, const pathgen::Mesh& part, const config::Job
   EndWays ends(part, job);
   const Pose first = path.moves.front().pose, last = path.moves.back().pose;
   const double off = ends.way(last), above = ends.way(first);
-  if (off > 0.0) path.moves.push_back({{last.tip + last.axis * off, last.axis}, MoveKind::kRapid, kNoFacet});
+  if (off > 0.0)
+    path.moves.push_back({{last.tip + last.axis * off, last.axis}, ends.kind(last, off), kNoFacet});
   if (above > 0.0) {
+    path.moves.front().kind = ends.kind(first, above);
     path.moves.insert(path.moves.begin(),
                       {{first.tip + first.axis * above, first.axis}, MoveKind::kRapid, kNoFacet});
     for (FeedChange& change : path.feeds) ++change.move;

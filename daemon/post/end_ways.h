@@ -13,7 +13,8 @@ namespace tiltfeed::daemon {
 /// job's clearance off the part, so that it can go up and down along the machine's Z with the rotaries as
 /// they stand: over the part, or beside it, whichever is nearer. Where the travels end before that or the way
 /// is blocked, beyond the plane square to the tool axis. Where all three are blocked, the first that is free
-/// without the guards' clearances, or else nothing is put in. Returns what was put in, mm.
+/// without the guards' clearances, or else nothing is put in. Where the tool comes nearer to the part than
+/// half of the approach on such a way, it is a plunge. Returns what was put in, mm.
 double add_end_ways(ToolPath& path, const pathgen::Mesh& part, const config::Job& job);
 
 }  // namespace tiltfeed::daemon

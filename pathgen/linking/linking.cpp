@@ -173,6 +173,7 @@ class Linker {
     }
     const Point<Flat> foot = arc.empty() ? pass[0].flat : arc.back();
     double start = approaches_.rapid_end(foot);
+    if (start < options_.clearance_z) start = opposite_wall_.rapid_end(foot, start);
     if (options_.free_from && start < options_.clearance_z) start = options_.free_from(foot, start);
     if (start < options_.clearance_z) push(travel_.pose({foot.x, foot.y, start}), MoveKind::kRapid);
     for (auto place = arc.rbegin(); place != arc.rend(); ++place)
@@ -184,7 +185,9 @@ class Linker {
 
   Travel::Way travel_to(Point<Flat> to) {
     if (linked_.moves.empty()) {
-      push(travel_.pose({to.x, to.y, options_.clearance_z}), MoveKind::kRapid);
+      const Pose over = travel_.pose({to.x, to.y, options_.clearance_z});
+      if (options_.in_blank && options_.in_blank(over, over)) return Travel::Way::kBlocked;
+      push(over, MoveKind::kRapid);
       return Travel::Way::kFound;
     }
     std::vector<Pose> poses;

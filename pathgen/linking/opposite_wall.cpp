@@ -20,6 +20,10 @@ namespace {
 constexpr int kStepsPerCone = 8;
 /// Cosine between a tool and the axis of the column that its reference is in; less: that column is another's.
 constexpr double kOwnColumn = 1.0 - 1e-9;
+/// Of the way down: how closely the end of a rapid is looked for.
+constexpr double kRapidEnd = 1.0 / 64.0;
+/// Of a cylinder's radius: how far apart places on its axis are asked what is within the radius.
+constexpr double kTouchStep = 0.5;
 
 PlanOptions grown(PlanOptions options, double by) {
   options.allowance += by;
@@ -59,9 +63,13 @@ OppositeWall::OppositeWall(const Mesh& mesh, const Deformation& deformation, con
   tool_ = tool_of(options);
   const ToleranceBudget budget(options.tolerance);
   between_ = tool_of(grown(options, -budget.envelope() - budget.thinning()));
-  strayed_ = tool_of(grown(options, stray_of_rapids(options.tolerance)));
+  const double approach = options.links.approach;
+  strayed_ = tool_of(grown(options, stray_of_rapids(options.tolerance) + 0.5 * approach));
+  over_stock_ = tool_of(grown(options, 0.5 * approach));
+  approaching_ = tool_of(grown(options, approach));
   double widest = 0.0;
-  for (const Cylinder& c : strayed_) widest = std::max(widest, c.radius);
+  for (const Tool* tool : {&strayed_, &approaching_})
+    for (const Cylinder& c : *tool) widest = std::max(widest, c.radius);
   note_ends(mesh, widest);
   if (options.fixtures) note_ends(options.fixtures->mesh, widest);
 }
@@ -96,10 +104,9 @@ double OppositeWall::off_end(const Mesh& mesh, Point<Part> end) const {
 
 /// A wall that lies at the column's end, and from there on at the cylinder's side as far down as its top at
 /// the end of the way: no patch within the column is where the wall ends.
-bool OppositeWall::stands_in_wall(Cylinder& c, Point<Part> reference, Vec3 axis, double column,
+bool OppositeWall::stands_in_wall(const Cylinder& c, Point<Part> reference, Vec3 axis, double column,
                                   double travel) const {
-  if (c.from >= column || off_end(*c.mesh, reference + axis * column) >= c.radius - kShankMargin)
-    return false;
+  if (c.from >= column || off_end(*c.mesh, reference + axis * column) >= c.radius - c.margin) return false;
   // The wall may end below the end of the way.
   const double top = c.to + travel, way = column - top;
   if (way <= 0.0) return true;
@@ -118,6 +125,7 @@ OppositeWall::Tool OppositeWall::tool_of(const PlanOptions& options) {
 
 void OppositeWall::add_tool(const PlanOptions& options, const Mesh& mesh, Tool& tool) {
   bool first = true;
+  const double margin = ray_margin(mesh);
   for (const ToolPiece& piece : all_pieces(options)) {
     if (piece.part == ToolPart::kHolder && options.holder.reaction == Reaction::kReport) continue;
     if (piece.part == ToolPart::kShank && options.shank.reaction == Reaction::kReport) continue;
@@ -131,14 +139,14 @@ void OppositeWall::add_tool(const PlanOptions& options, const Mesh& mesh, Tool& 
         radius = std::min(radius, piece.flat + piece.corner * piece.taper_cos +
                                       (high - start + piece.corner) * piece.taper_sin / piece.taper_cos);
       // The first starts at the reference itself, where the way is known to be free.
-      tool.push_back({&mesh, first ? 0.0 : low, high, radius, nullptr});
+      tool.push_back({&mesh, first ? 0.0 : low, high, radius, margin, nullptr});
       first = false;
     }
     reach_ = std::max(reach_, end);
   }
 }
 
-ShankCollision& OppositeWall::clearance_of(Cylinder& c) {
+ShankCollision& OppositeWall::clearance_of(const Cylinder& c) {
   if (!c.clearance) c.clearance = std::make_unique<ShankCollision>(*c.mesh, c.radius);
   return *c.clearance;
 }
@@ -161,9 +169,10 @@ bool OppositeWall::beyond_part(Point<Part> from, Point<Part> to, double radius) 
 }
 
 /// Does the tool, its reference going `travel` up from where it is, hit something further up than `column`?
-bool OppositeWall::blocked(Tool& tool, Point<Part> reference, Vec3 axis, double column, double travel) const {
+bool OppositeWall::blocked(const Tool& tool, Point<Part> reference, Vec3 axis, double column,
+                           double travel) const {
   if (column >= reach_ + travel && (ends_.empty() || !std::isfinite(column))) return false;
-  return std::any_of(tool.begin(), tool.end(), [&](Cylinder& c) {
+  return std::any_of(tool.begin(), tool.end(), [&](const Cylinder& c) {
     if (stands_in_wall(c, reference, axis, column, travel)) return true;
     if (column >= c.to + travel) return false;
     // What is further down the column is clear.
@@ -175,6 +184,36 @@ bool OppositeWall::blocked(Tool& tool, Point<Part> reference, Vec3 axis, double 
     if (c.from > column - c.radius && c.from > 0.0 && clearance_of(c).touches(start)) return true;
     return clearance_of(c).blocked(start, axis, c.to - c.from + travel);
   });
+}
+
+/// Does the tool, grown by the approach, come near to anything beyond the column on its way from z' up to the
+/// clearance surface? Nothing is known of where it begins, which may be beyond already.
+bool OppositeWall::approaches(const AxisLine& line, Point<Flat> place) const {
+  const Point<Part> reference = line.base + line.axis * place.z;
+  const double column = map_.column_length(place), travel = std::max(0.0, clearance_z_ - place.z);
+  if (blocked(approaching_, reference, line.axis, column, travel)) return true;
+  return std::any_of(approaching_.begin(), approaching_.end(), [&](const Cylinder& c) {
+    const double low = std::max(c.from, column - c.radius), high = c.to + travel;
+    if (low >= high || beyond_part(reference + line.axis * low, reference + line.axis * high, c.radius))
+      return false;
+    const double steps = std::ceil((high - low) / (kTouchStep * c.radius));
+    for (double k = 0.0; k <= steps; ++k)
+      if (clearance_of(c).touches(reference + line.axis * (low + (high - low) * k / steps))) return true;
+    return false;
+  });
+}
+
+double OppositeWall::rapid_end(Point<Flat> place, double to) {
+  const AxisLine line = map_.axis_line(place.x, place.y);
+  const auto in_way = [&](double z) { return approaches(line, {place.x, place.y, z}); };
+  if (to >= clearance_z_ || !in_way(to)) return to;
+  if (in_way(clearance_z_)) return clearance_z_;
+  double low = to, high = clearance_z_;  // the less of the way is left, the less is in it
+  while (high - low > kRapidEnd * (clearance_z_ - to)) {
+    const double middle = 0.5 * (low + high);
+    (in_way(middle) ? low : high) = middle;
+  }
+  return high;
 }
 
 double OppositeWall::travel_from(const EnvelopePoint& p) const {

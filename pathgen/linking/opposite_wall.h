@@ -39,17 +39,22 @@ class OppositeWall {
 
   /// Is a straight way from one pose to the next free of hits on the opposite wall?
   bool travel_clear(const Pose& from, const Pose& to) { return is_clear(tool_, from, to); }
-  /// And with room for what the axes may stray on a rapid? Where the axis stands they do not.
+  /// And with room for what the axes may stray on a rapid, and for half of the approach, which may stand on
+  /// the part as stock? Where the axis stands the axes do not stray.
   bool rapid_clear(const Pose& from, const Pose& to) {
-    return is_clear(from.axis == to.axis ? tool_ : strayed_, from, to);
+    return is_clear(from.axis == to.axis ? over_stock_ : strayed_, from, to);
   }
+  /// The z' from which on upwards the tool, grown by the approach, comes clear of the opposite wall over
+  /// (x', y'): at least `to`, at most the clearance surface.
+  double rapid_end(Point<Flat> place, double to);
 
  private:
   /// A piece of the tool as a cylinder: heights over the CL reference, mm.
   struct Cylinder {
     const Mesh* mesh = nullptr;  ///< the part's, or the fixtures'
     double from = 0.0, to = 0.0, radius = 0.0;
-    std::unique_ptr<ShankCollision> clearance;  ///< made when first needed
+    double margin = 0.0;                                ///< of the mesh's rays, mm
+    mutable std::unique_ptr<ShankCollision> clearance;  ///< made when first needed
   };
   using Tool = std::vector<Cylinder>;
   void add_tool(const PlanOptions& options, const Mesh& mesh, Tool& tool);
@@ -68,18 +73,22 @@ class OppositeWall {
   };
   std::uint64_t trim(std::vector<Pass>& passes, Watch& watch);
   Stretch clear_of(const EnvelopePoint& from, const EnvelopePoint& to, bool starts, bool ends);
-  bool blocked(Tool& tool, Point<Part> reference, Vec3 axis, double column, double travel) const;
-  static ShankCollision& clearance_of(Cylinder& c);
+  bool approaches(const AxisLine& line, Point<Flat> place) const;
+  bool blocked(const Tool& tool, Point<Part> reference, Vec3 axis, double column, double travel) const;
+  static ShankCollision& clearance_of(const Cylinder& c);
   void note_ends(const Mesh& mesh, double radius);
   double off_end(const Mesh& mesh, Point<Part> end) const;
-  bool stands_in_wall(Cylinder& c, Point<Part> reference, Vec3 axis, double column, double travel) const;
+  bool stands_in_wall(const Cylinder& c, Point<Part> reference, Vec3 axis, double column,
+                      double travel) const;
 
   bool beyond_part(Point<Part> from, Point<Part> to, double radius) const;
 
   const Mesh& mesh_;
   Point<Part> low_, high_;  ///< corners of the box round part and fixtures
   const Deformation& map_;
-  Tool tool_, strayed_;  ///< as it is, and grown by what rapids stray
+  Tool tool_, strayed_;  ///< as it is, and grown by what rapids stray and half of the approach
+  Tool over_stock_;      ///< grown by half of the approach
+  Tool approaching_;     ///< grown by the approach
   Tool between_;         ///< smaller by what straight moves may leave: a move that runs in contact is clear
   std::map<const Mesh*, ColumnEnds>
       ends_;            ///< facets that some column's end is nearer to than the tool is wide

@@ -15,7 +15,7 @@ class ShankCollision {
   ShankCollision(const Mesh& mesh, double radius);
 
   /// True if a shank round the segment from `from` along unit `direction` cuts into the part by more than
-  /// kShankMargin. The segment starts in free air. Safe to call from several threads.
+  /// ray_margin(). The segment starts in free air. Safe to call from several threads.
   bool blocked(Point<Part> from, Vec3 direction, double length) const {
     return scene_.hits(from, direction, length);
   }
@@ -31,7 +31,8 @@ class ShankCollision {
 };
 
 /// Rays are single precision: they are shot at a surface this much (mm) inside the true one, far more than
-/// their error on a part of up to 10 m, so that what they hit is truly hit.
-inline constexpr double kShankMargin = 2e-3;
+/// their error, so that what they hit is truly hit. 64 roundings of the longest way along the mesh's box,
+/// 2e-3 at most: parts of up to 10 m have been tried with that.
+double ray_margin(const Mesh& mesh);
 
 }  // namespace tiltfeed::pathgen

@@ -113,7 +113,8 @@ Travel::Way Travel::check(const Pose& start, const std::vector<Pose>& poses, con
   }
   at = &start;
   for (const Pose& next : poses) {
-    if (!opposite_wall_.travel_clear(*at, next)) return Way::kBlocked;
+    if (!opposite_wall_.travel_clear(*at, next) || (options_.in_blank && options_.in_blank(*at, next)))
+      return Way::kBlocked;
     at = &next;
   }
   // (L2) Each move may dip that much.

@@ -180,5 +180,26 @@ TEST(EndWays, UpIsClearWhereverTheyEnd) {
   EXPECT_GT(put_in, 20u);
 }
 
+/// Stock as thick as half of the approach may stand on the roof's edge: nearer than that no rapid comes.
+TEST(EndWays, BesideStockTheyArePlunges) {
+  Job j = job();
+  j.plan.cutter.holder.clear();
+  const Mesh mesh = floor_and_roof(84.0);
+  const sim::PartDistance surface(mesh);
+  const sim::ToolSolid tool(j.plan.cutter);
+  const Pose end = leaning({0, 0, 8}, 60.0);
+  ToolPath path = path_of(end, end);
+  ASSERT_GT(add_end_ways(path, mesh, j), 0.0);
+  const double near = nearest(surface, tool, end, way_between(path.moves[1], path.moves[0]));
+  ASSERT_LT(near, kClearance);
+  for (const double share : {0.9, 1.1}) {
+    j.plan.links.approach = 2.0 * share * near;
+    path = path_of(end, end);
+    add_end_ways(path, mesh, j);
+    for (const std::size_t move : {1u, 3u})
+      EXPECT_EQ(path.moves[move].kind, share < 1.0 ? MoveKind::kRapid : MoveKind::kPlunge) << move;
+  }
+}
+
 }  // namespace
 }  // namespace tiltfeed

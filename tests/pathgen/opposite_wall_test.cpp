@@ -83,6 +83,53 @@ TEST(OppositeWall, AFinOverTheMiddleOfAMoveIsInTheWay) {
   EXPECT_NEAR(found.nearest, 26.5, 0.1);
 }
 
+/// The error of rays goes with the part's size: a wall of 2 mm is seen to less than half a micrometre.
+TEST(OppositeWall, ASmallPartIsHeldToASmallTolerance) {
+  constexpr double kScale = 0.02, kTolerance = 5e-4;
+  Cutter stepped{3.0 * kScale, 100.0, 27.0 * kScale};
+  stepped.cutting_length = 12.0 * kScale, stepped.shank_diameter = 10.0 * kScale;
+  const CheckedMesh part = checked_boxes({{Vec3{0, -60, -60} * kScale, Vec3{2, 60, 60} * kScale},
+                                          {Vec3{-25, -3, -45} * kScale, Vec3{-1.8, 3, -30} * kScale}});
+  PlanOptions options = options_along_x(stepped);
+  options.tolerance = kTolerance, options.pattern.side_step = kScale;
+  options.links.clearance = 3.0 * kScale, options.links.approach = kScale;
+  options.containment.first.high = -1.8 * kScale;
+  const auto planned = plan(part, options, nullptr);
+  ASSERT_TRUE(planned) << planned.error().message;
+  const sim::PartDistance surface(part.mesh);
+  const ToolProof proof(surface, part.bounds, options.cutter, kTolerance, {}, {});
+  EXPECT_LE(proof.measure(planned->path, 0.001).gouge(), 0.6 * kTolerance);
+}
+
+/// The tool on one side of a circle's middle comes past a wall on the other side of it. What of its way is
+/// nearer to that wall than half of the approach is no rapid; the first pose is where the path begins.
+TEST(OppositeWall, RapidsKeepOffItByHalfOfTheApproach) {
+  const CheckedMesh part =
+      checked_boxes({{Vec3{-4, -4, 3}, Vec3{4, 4, 6}}, {Vec3{-6, 1.8, -9}, Vec3{6, 9, -2.5}}});
+  PlanOptions options = options_along_x({3.0, 100.0, 27.0});
+  options.axis = {AxisMode::kCircle, Sense::kOutward, {0, 0, 0}, {1, 0, 0}, {0, 0, 1}, 10.0};
+  options.links.clearance = 3.0, options.links.approach = 2.0, options.links.join_distance = 0.0;
+  const auto planned = plan(part, options, nullptr);
+  ASSERT_TRUE(planned) << planned.error().message;
+  const sim::PartDistance surface(part.mesh);
+  const sim::ToolSolid tool(options.cutter);
+  double nearest = kFar;
+  const auto& moves = planned->path.moves;
+  std::size_t rapids = 0;
+  for (std::size_t i = 1; i < moves.size(); ++i) {
+    // Away from a cut the tool goes by the way on which it is.
+    if (moves[i].kind != MoveKind::kRapid || moves[i - 1].kind == MoveKind::kCut) continue;
+    ++rapids;
+    for (int k = 1; k <= 20; ++k) {
+      const Pose pose{lerp(moves[i - 1].pose.tip, moves[i].pose.tip, k / 20.0),
+                      slerp(moves[i - 1].pose.axis, moves[i].pose.axis, k / 20.0)};
+      nearest = std::min(nearest, tool.clearance(surface, pose, sim::ToolPart::kCutter).value);
+    }
+  }
+  EXPECT_GT(rapids, 0u);
+  EXPECT_GE(nearest, 0.5 * options.links.approach - options.tolerance);
+}
+
 /// Axial stock lowers the ring: at the line's height it is beside the rail, and the tool's reference is not.
 TEST(ColumnEnds, AreCoveredByWhatIsBesideTheRing) {
   const CheckedMesh part =
