@@ -21,6 +21,10 @@ constexpr double kFlankShare = 0.1;
 /// Lines shorter than this share of the index's spacing are looked up like places.
 constexpr double kNearShare = 0.5;
 
+/// A line that goes further round the axis feature between two places, rad, may come back to nearly the
+/// first: what lies between does not show in the way from one to the other.
+constexpr double kMostWound = kPi / 2.0;
+
 /// So many tolerances below the lowest of three places, and by as much as these differ, patches no longer
 /// count.
 constexpr double kBelow = 8.0;
@@ -40,6 +44,7 @@ class Profile {
         options_(field.options_),
         moves_(surface_, options_, stretch(field, line)),
         flank_(options_.tolerance * kFlankShare),
+        wound_(winding(map_, line)),
         sweep_(field.candidates_, moves_.close()),
         few_(few) {}
 
@@ -88,6 +93,13 @@ class Profile {
   static double stretch(const Envelope& field, const FlatLine& line) {
     const Deformation::Stretch most = field.map_.stretch(field.index_.furthest());
     return std::abs(line.dx) * most.x + std::abs(line.dy) * most.y;
+  }
+
+  /// How far the line goes round the axis feature, rad for a mm of it.
+  static double winding(const Deformation& map, const FlatLine& line) {
+    if (map.frame().mode == AxisMode::kFixed) return 0.0;
+    const double by_x = map.period_x() > 0.0 ? std::abs(line.dx) / map.scale_x() : 0.0;
+    return by_x + std::abs(line.dy) / map.scale_y();
   }
 
   /// Does the part grown by the radius hold the place where the column ends? Then the column is shut from
@@ -211,7 +223,7 @@ class Profile {
   void refine(const Sample& left, const Sample& right, int looks = 0) {
     const double width = right.run - left.run;
     if (width <= (left.hit == right.hit ? flank_ : kEndStep)) return;
-    const bool both = left.hit && right.hit;
+    const bool both = left.hit && right.hit && width * wound_ <= kMostWound;
     const StraightMoves::Verdict move =
         both ? moves_.judge(left, right, sweep_.active()) : StraightMoves::Verdict{};
     const bool plane =
@@ -260,6 +272,7 @@ class Profile {
   const EnvelopeOptions& options_;
   StraightMoves moves_;
   double flank_;
+  double wound_;  ///< rad for a mm of the line
   Deformation::Angles angles_;
   CandidateSweep sweep_;
   bool few_;
