@@ -11,7 +11,9 @@
 #include "pathgen/linking/nearest_ends.h"
 #include "pathgen/linking/opposite_wall.h"
 #include "pathgen/linking/run_order.h"
+#include "pathgen/tool/blank_solid.h"
 #include "pathgen/tool/face_containment.h"
+#include "pathgen/tool/tool_in_blank.h"
 
 namespace tiltfeed::pathgen {
 
@@ -54,7 +56,11 @@ class RunLinker {
         source_(source),
         joins_(admissible, how, options.links.join_distance),
         faces_(options.only_faces ? std::make_unique<const FaceContainment>(options) : nullptr) {
-    const Box box = tool_.bounds();
+    Box box = tool_.bounds();
+    if (options.blank)
+      for (const Point<Part> corner : {options.blank->bounds().min, options.blank->bounds().max})
+        box = grown(box, corner);
+    if (options.from_blank) blank_.emplace(options);
     centre_ = lerp(box.min, box.max, 0.5);
     radius_ = (distance(box.min, box.max) / 2.0 + options.links.clearance + tool_.widest()) * kSphereSpare;
     height_ = reference_height(options.cutter);
@@ -138,8 +144,11 @@ class RunLinker {
     return pose_at(p.point.centre + p.axis * lift, p.axis, height_);
   }
 
-  void plunge(const ToolAxisPoint& to) {
-    push(pose(to, options_.links.approach), MoveKind::kRapid);
+  /// `from`: how far over it, along its axis, the tool is.
+  void plunge(const ToolAxisPoint& to, double from) {
+    double over = options_.links.approach;
+    if (blank_) over = std::max(over, blank_->clear_down_to(to.point.centre, to.axis, from, over));
+    if (over < from) push(pose(to, over), MoveKind::kRapid);
     push(pose(to, 0.0), MoveKind::kPlunge, to.point.facet);
   }
 
@@ -164,9 +173,10 @@ class RunLinker {
     const double turn = angle_between(from.axis, over.axis);
     if (distance(from.tip, over.tip) > kShortWay * lift || turn > kShortTurn || !clear(from, over))
       return false;
+    if (blank_ && (blank_->moves_in(pose(*down_, 0.0), from) || blank_->moves_in(from, over))) return false;
     push(from, MoveKind::kRapid);
     divide(from, over);
-    plunge(to);
+    plunge(to, lift);
     ++out_.short_links;
     down_.reset();
     return true;
@@ -223,7 +233,7 @@ class RunLinker {
       if (!way) return false;
       for (const Pose& p : *way) push(p, MoveKind::kRapid);
     }
-    plunge(to);
+    plunge(to, distance(entry.tip, pose(to, 0.0).tip));
     return true;
   }
 
@@ -335,6 +345,7 @@ class RunLinker {
   double radius_ = 0.0, height_ = 0.0, step_ = 0.0;
   Vec3 e_, f_;
   SurfaceJoins joins_;
+  std::optional<ToolInBlank> blank_;  ///< that the first operation finds whole; none where nobody states it
   std::unique_ptr<const FaceContainment> faces_;  ///< that joins keep to; null: all of the part
   std::optional<ToolAxisPoint> down_;             ///< where a run ended, while the tool is there
   FreeLinked out_;

@@ -68,7 +68,7 @@ struct Linking {
   /// The z' down to which the tool comes free of stock over (x', y'), at least the z' that is given. Empty:
   /// no stock is higher than the approach over the part.
   std::function<double(Point<Flat>, double)> free_from{};
-  /// Would the tool meet the blank on a way over the clearance surface? Empty: that surface is over it.
+  /// Would what of the tool is beyond its column meet the blank on that way? Empty: columns do not end.
   std::function<bool(const Pose&, const Pose&)> in_blank{};
   /// When the user stops it, the moves are not all there.
   ReportShare report{};

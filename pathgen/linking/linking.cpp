@@ -104,10 +104,20 @@ class Linker {
   }
   /// Requires: pass is not empty.
   void add(const Directed& pass) {
+    if (is_shut_by_blank(pass[0]) || is_shut_by_blank(pass[pass.size() - 1])) {
+      ++linked_.skipped_passes;
+      return;
+    }
     if (!join(pass) && !fly(pass)) return;
     for (std::size_t i = 1; i < pass.size(); ++i) cut(pass[i]);
     const EnvelopePoint& end = pass[pass.size() - 1];
     down_ = Down{{end, pass[pass.size() < 2 ? 0 : pass.size() - 2]}, &end};
+  }
+
+  /// Is what of the tool is beyond the column in the blank, there or on the way up?
+  bool is_shut_by_blank(const EnvelopePoint& end) const {
+    return options_.in_blank &&
+           options_.in_blank(pose_of(end), travel_.pose({end.flat.x, end.flat.y, options_.clearance_z}));
   }
 
   /// (L5)

@@ -190,6 +190,13 @@ void keep_to_a_turn(double& low, double& high, double period) {
   if (period > 0.0 && high - low > period) low = -period / 2.0, high = period / 2.0;
 }
 
+/// About a point: no row runs on over a pole. What is there lies in the columns half a turn on.
+void keep_to_poles(FlatBounds& bounds, const Deformation& map) {
+  if (map.frame().mode != AxisMode::kPoint) return;
+  const double pole = kPi / 2.0 * map.scale_y();
+  bounds.min_y = std::max(bounds.min_y, -pole), bounds.max_y = std::min(bounds.max_y, pole);
+}
+
 /// Layers from the top of the blank, of the part, or of the containment, down.
 Result<Passes> trace_rough(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope,
                            const Progress& progress, std::vector<std::string>& warnings) {
@@ -206,6 +213,7 @@ Result<Passes> trace_rough(const ClField& field, const PlanOptions& options, con
               std::min(bounds.min_y, blank->bounds.min_y), std::max(bounds.max_y, blank->bounds.max_y)};
     keep_to_a_turn(bounds.min_x, bounds.max_x, field.deformation.period_x());
     keep_to_a_turn(bounds.min_y, bounds.max_y, field.deformation.period_y());
+    keep_to_poles(bounds, field.deformation);
   }
   const auto raster =
       lay_rows(field.index, region.within(bounds), options.pattern, options.pattern.side_step);

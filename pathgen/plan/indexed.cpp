@@ -20,8 +20,10 @@
 #include "pathgen/plan/rejected_points.h"
 #include "pathgen/plan/rest_of_cells.h"
 #include "pathgen/plan/rest_wanted.h"
+#include "pathgen/plan/stock_before.h"
 #include "pathgen/progress/shares.h"
 #include "pathgen/progress/stages.h"
+#include "pathgen/tool/blank_solid.h"
 
 namespace tiltfeed::pathgen {
 
@@ -65,6 +67,10 @@ class Indexed {
     if (options.fixtures)
       for (const Point<Part> v : options.fixtures->mesh.vertices)
         radius_ = std::max(radius_, distance(v, middle_) + options.fixture_room.cutter);
+    if (options.blank)
+      for (const Point<Part> v : options.blank->mesh().vertices)
+        radius_ = std::max(radius_, distance(v, middle_));
+    if (options.from_blank) blank_.emplace(part, options);
     plan_.report.facets = part.mesh.facets.size();
     plan_.report.warnings = part.warnings;
   }
@@ -247,9 +253,10 @@ class Indexed {
     };
     WantedPart asked{
         .place = wanted, .straight = straight, .spacing = regions.spacing(), .overlap = asked_step(options_)};
-    if (rest_ && rest_->stock().known())
-      asked.free_from = [&](const Deformation& map, Point<Flat> place, double from, double to) {
-        return rest_->stock().free_from(map, place, from, to);
+    const StockBefore* stock = rest_ ? &rest_->stock() : blank_ ? &*blank_ : nullptr;
+    if (stock != nullptr && stock->known())
+      asked.free_from = [stock](const Deformation& map, Point<Flat> place, double from, double to) {
+        return stock->free_from(map, place, from, to);
       };
     return plan_where(part_, options, &asked, progress);
   }
@@ -295,6 +302,7 @@ class Indexed {
   double radius_ = 0.0;       ///< of that which holds the part with its stock and the fixtures, mm
   std::vector<Vec3> chosen_;  ///< in the order of machining
   std::optional<RestWanted> rest_;
+  std::optional<StockBefore> blank_;  ///< that the first operation finds whole
   Plan plan_;
   Stages stages_;
   const ReportShare share_ = [this](double share) { return stages_.report(share); };

@@ -22,6 +22,7 @@
 #include "pathgen/plan/layer_stock.h"
 #include "pathgen/plan/lean_stage.h"
 #include "pathgen/plan/likely_cause.h"
+#include "pathgen/plan/over_blank.h"
 #include "pathgen/plan/rejected_points.h"
 #include "pathgen/plan/rest_material.h"
 #include "pathgen/progress/stages.h"
@@ -309,7 +310,7 @@ class Planner {
           std::to_string(trimmed) + " of " + std::to_string(left) +
           " points left out: beyond the axis point, line or circle shank or holder would hit the part");
 
-    if (auto done = begin_off_blank(field.deformation, clearance_z); !done) return done;
+    if (auto done = begin_off_blank(passes_, options_, field.deformation, clearance_z); !done) return done;
     if (auto done = lean(field, clearance_z); !done) return done;
     if (!stages_.begin("link")) return cancelled();
     const ClField& linked_field = lean_ ? lean_->linked() : field;
@@ -342,10 +343,17 @@ class Planner {
                         .straight = wanted_ != nullptr ? wanted_->straight : nullptr,
                         .leaned = lean_ ? &lean_->ways() : nullptr,
                         .free_from = free_from(stock, field.deformation, clearance_z),
+                        .in_blank = meets_blank(options_, field.deformation),
                         .report = share_};
     Envelope envelope(linked_field.surface, linked_field.deformation, linked_field.index, envelope_);
     Linked linked = link(passes_, linked_field, links, opposite_wall, envelope);
     if (stages_.stopped()) return cancelled();
+    if (linked.moves.empty())
+      return fail(
+          Code::kInput,
+          "there is no way to any pass: over the clearance surface, past the middle of the circle, the "
+          "tool would be in the blank; state the blank as it is, with its hollow (blank.shape: file), "
+          "or leave blank out");
     if (linked.tilted_passes > 0)
       report_.warnings.push_back(
           std::to_string(linked.tilted_passes) +
@@ -362,26 +370,6 @@ class Planner {
                                  "there");
     report_.retracts = linked.retracts, report_.joins = linked.joins;
     path_.moves = std::move(linked.moves);
-    return {};
-  }
-
-  /// In inside work the clearance surface is in a hollow: of the blank, too?
-  Result<void> begin_off_blank(const Deformation& map, double clearance_z) const {
-    if (!options_.from_blank || map.s() > 0.0) return {};
-    for (const auto& row : passes_)
-      for (const Pass& pass : row) {
-        if (pass.empty()) continue;
-        for (const EnvelopePoint& end : {pass.front(), pass.back()}) {
-          const AxisLine line = map.axis_line(end.flat.x, end.flat.y);
-          const Point<Part> over = line.base + line.axis * clearance_z;
-          if (!options_.blank->holds(over, 0.0)) continue;
-          return fail(
-              Code::kInput,
-              "inside work begins in the blank: the tool's place over a pass, " + to_string(over) +
-                  ", lies in it, and rapids there would run into stock; state the blank as it is, with "
-                  "its hollow (blank.shape: file), or leave blank out");
-        }
-      }
     return {};
   }
 

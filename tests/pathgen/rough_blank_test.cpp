@@ -1,5 +1,7 @@
 // Roughing from a blank that the job states, by dots of stock that the moves cut in their order.
 
+#include "pathgen/plan/plan.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,7 +10,7 @@
 #include <random>
 #include <vector>
 
-#include "pathgen/plan/plan.h"
+#include "pathgen/mesh/mesh_check.h"
 #include "pathgen/tool/blank_solid.h"
 #include "tests/shapes/cut_passes.h"
 
@@ -141,6 +143,71 @@ TEST(RoughBlank, TheFirstOperationComesDownToItWhateverItsPattern) {
   }
 }
 
+TEST(RoughBlank, AFreeAxisAndFixedDirectionsComeDownToItToo) {
+  const Case one = cases().front();
+  Stl stl;
+  const Mesh block = BlankSolid::box(one.part).mesh();
+  for (const auto& f : block.facets)
+    stl.facets.push_back({block.vertices[f[0]], block.vertices[f[1]], block.vertices[f[2]]});
+  const auto part = check_mesh(stl);
+  ASSERT_TRUE(part);
+  for (const AxisMode mode : {AxisMode::kFree, AxisMode::kIndexed}) {
+    SCOPED_TRACE(static_cast<int>(mode));
+    PlanOptions o = roughing(mode);
+    o.pattern = {}, o.pattern.side_step = 3.0;
+    o.free.plane_normals = {{1, 0, 0}, {0, 0, 1}};
+    o.free.max_turn = Angle::from_degrees(5), o.free.smoothing = kRadius;
+    o.indexed.most_directions = 3;
+    o.blank = std::make_shared<const BlankSolid>(one.blank);
+    for (const bool first : {true, false}) {
+      o.from_blank = first;
+      const Result<Plan> planned = plan(*part, o, {});
+      ASSERT_TRUE(planned) << planned.error().message;
+      const double deep = run(planned->path.moves, one.blank, one.part, false).rapid;
+      if (first) {
+        EXPECT_LT(deep, 0.05);
+      } else {
+        EXPECT_GT(deep, 1.0) << "nothing to come down into";
+      }
+    }
+  }
+}
+
+/// About a point the blank is seen beyond the poles; rows end there. A floor lies across one, a wall beside
+/// it.
+TEST(RoughBlank, NoRowRunsOnOverAPole) {
+  const Box block{{-10, -8, -9}, {10, 8, 9}}, wall{{-10, 8, -9}, {-1, 14, 9}};
+  CheckedMesh part;
+  part.mesh = joined(BlankSolid::box(block).mesh(), BlankSolid::box(wall).mesh());
+  part.bounds = {block.min, {10, 14, 9}};
+  const struct {
+    Along along;
+    Point<Part> origin;
+    double radius;
+  } kCases[] = {{Along::kX, {5, 0, -4}, 4.0}, {Along::kY, {-5, 0, 3}, 2.0}};
+  for (const auto& [along, origin, radius] : kCases) {
+    PlanOptions o = roughing(AxisMode::kPoint);
+    o.axis.origin = origin, o.axis.t = {1, 0, 0}, o.axis.n = {0, 0, 1};
+    o.cutter.diameter = 2.0 * radius, o.pattern.along = along;
+    o.blank = std::make_shared<const BlankSolid>(BlankSolid::box({{-14, -12, -13}, {14, 16, 13}}));
+    o.from_blank = true;
+    const Result<Plan> planned = plan(part, o, {});
+    ASSERT_TRUE(planned) << planned.error().message;
+    double nearest = 1e9;
+    const std::vector<Move>& moves = planned->path.moves;
+    for (std::size_t i = 1; i < moves.size(); ++i) {
+      if (moves[i].kind != MoveKind::kCut) continue;
+      const Pose &from = moves[i - 1].pose, &to = moves[i].pose;
+      for (int k = 0; k <= 8; ++k) {
+        const Point<Part> centre =
+            lerp(from.tip, to.tip, k / 8.0) + slerp(from.axis, to.axis, k / 8.0) * radius;
+        for (const Box& box : {block, wall}) nearest = std::min(nearest, distance_to(box, centre) - radius);
+      }
+    }
+    EXPECT_GT(nearest, kAllowance - o.tolerance);
+  }
+}
+
 TEST(BlankSolid, HoldsWhatIsInIt) {
   std::mt19937 random(3);
   const auto draw = [&](double reach) {
@@ -183,6 +250,27 @@ TEST(RoughBlank, InsideWorkThatBeginsInTheBlankIsRefused) {
     EXPECT_EQ(made.error().code, Code::kInput);
     EXPECT_NE(made.error().message.find("inside work begins in the blank"), std::string::npos)
         << made.error().message;
+  }
+}
+
+/// On the inner half of a circle the tool reaches past the middle: not into a blank that lies there, too.
+TEST(RoughBlank, NoWayPastTheMiddleOfACircleLeadsThroughIt) {
+  CheckedMesh part;
+  part.bounds = {{-4, -4, 3}, {4, 4, 6}}, part.mesh = BlankSolid::box(part.bounds).mesh();
+  PlanOptions o = options_with({AxisMode::kCircle, Sense::kOutward, {}, {1, 0, 0}, {0, 0, 1}, 10.0});
+  o.from_blank = true;
+  const Box beyond{{-4.5, -4.5, -12}, {4.5, 4.5, 0}};
+  for (const bool is_long : {false, true}) {
+    const double low = is_long ? beyond.min.z : 2.5;
+    o.blank = std::make_shared<const BlankSolid>(BlankSolid::box({{-4.5, -4.5, low}, {4.5, 4.5, 6.5}}));
+    const auto made = plan(part, o, nullptr);
+    ASSERT_TRUE(made) << made.error().message;
+    std::size_t in_it = 0;
+    for (const Move& move : made->path.moves)
+      for (double h = 0.0; h < o.cutter.shank_length; h += 0.5)
+        in_it += distance_to(beyond, move.pose.tip + move.pose.axis * h) == 0.0 ? 1 : 0;
+    EXPECT_EQ(in_it == 0, is_long) << in_it;
+    EXPECT_GT(made->report.passes, 0u);
   }
 }
 
