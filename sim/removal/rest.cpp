@@ -7,6 +7,7 @@
 
 #include "sim/basics/workers.h"
 #include "sim/motion/forward.h"
+#include "sim/removal/rest_cause.h"
 
 namespace tiltfeed::sim {
 namespace {
@@ -24,6 +25,10 @@ constexpr double kRounding = 1e-6;
 /// Patches that are held against the tool, at most: of more an even share.
 constexpr std::size_t kMostPatches = 20'000;
 constexpr std::size_t kTasks = 64;
+/// Places of which the cause is looked for, at most: of more an even share.
+constexpr std::size_t kMostCauses = 256;
+/// Where the part is curved passes leave more than on a plane; so many times as much is laid to them.
+constexpr double kCurved = 2.0;
 /// More directions than an indexed job may have, and by how much two of them differ, rad.
 constexpr std::size_t kMostIndexed = 64;
 constexpr double kSameDirection = 1e-4;
@@ -180,6 +185,8 @@ struct Over {
   double area = 0.0, left = 0.0;  ///< of those probes; of the one in their middle
   std::uint64_t probe = 0;        ///< that one
   bool never = false;
+  std::uint32_t move = Probes::kNever;  ///< that came nearest to that one
+  double apart = 0.0;                   ///< of passes that may leave so much; 0: it is not the slope
 };
 
 std::vector<Over> over_limit(const Probes& probes, double limit) {
@@ -199,7 +206,7 @@ std::vector<Over> over_limit(const Probes& probes, double limit) {
     all.push_back({p,
                    probes.patch_area(p) * static_cast<double>(wrong.size()) /
                        static_cast<double>(patches.first[p + 1] - patches.first[p]),
-                   never ? probes.reach() : v.left, middle, never});
+                   never ? probes.reach() : v.left, middle, never, v.move, 0.0});
   }
   return all;
 }
@@ -214,6 +221,18 @@ std::optional<std::vector<std::uint32_t>> only_facets(const pathgen::PlanOptions
   std::vector<std::uint32_t> facets = plan.only_faces->mesh.source;
   std::sort(facets.begin(), facets.end());
   return facets;
+}
+
+/// How far apart passes lie by that place, mm; 0 where they would leave less than there is: something else is
+/// in the way.
+double apart_at(const config::Job& job, const PassDistances& passes, const Over& over, Point<Part> place,
+                Vec3 normal) {
+  if (over.never) return 0.0;
+  const pathgen::Cutter& cutter = job.plan.cutter;
+  const double apart = passes.apart(place + normal * (cutter.nose_radius() + stay(job.plan)), over.move,
+                                    2.0 * cutter.diameter);
+  const double left = stay(job.plan) + job.plan.tolerance + kCurved * left_between(cutter, apart);
+  return over.left <= left ? apart : 0.0;
 }
 
 /// In which an indexed job's program cuts; none where those are too many to be indexed ones.
@@ -268,6 +287,25 @@ Rest find_rest(const config::Job& job, const ExecutedPath& path, const Probes& p
         reached[i] = kElsewhere;
     }
   });
+  std::vector<std::size_t> told;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (reached[i] == kReached) told.push_back(i);
+  const std::size_t share = 1 + told.size() / kMostCauses;
+  const std::optional<PassDistances> passes =
+      told.empty() ? std::nullopt : std::make_optional<PassDistances>(job, path);
+  in_parallel(kTasks, threads, [&](std::size_t task) {
+    for (std::size_t k = task * share; k < told.size(); k += kTasks * share) {
+      Over& over = all[told[k]];
+      over.apart = apart_at(job, *passes, over, probes.place(over.patch, over.probe),
+                            probes.patches().normal[over.patch]);
+    }
+  });
+  double causes = 0.0;  // area of those whose cause was looked for
+  for (std::size_t k = 0; k < told.size(); k += share) {
+    const Over& over = all[told[k]];
+    causes += over.area;
+    if (over.apart > 0.0) rest.between_passes += over.area, rest.apart = std::max(rest.apart, over.apart);
+  }
   for (std::size_t i = 0; i < all.size(); ++i) {
     asked += all[i].area;
     if (reached[i] == kElsewhere) rest.elsewhere += all[i].area;
@@ -278,7 +316,9 @@ Rest find_rest(const config::Job& job, const ExecutedPath& path, const Probes& p
     rest.facet = probes.patches().mesh.source[all[i].patch];
     rest.place = probes.place(all[i].patch, all[i].probe);
   }
-  if (asked > 0.0) rest.area *= whole / asked, rest.elsewhere *= whole / asked;
+  if (causes > 0.0) rest.between_passes *= rest.area / causes;
+  for (double* area : {&rest.area, &rest.elsewhere, &rest.between_passes})
+    if (asked > 0.0) *area *= whole / asked;
   rest.out_of_reach = whole - rest.area;
   return rest;
 }

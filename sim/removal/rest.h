@@ -45,6 +45,9 @@ struct Rest {
   double out_of_reach = 0.0;  ///< of the surface that is over the limit too but the tool does not reach, mm^2
   /// Of that: within reach of other directions than those of an indexed job's program, mm^2.
   double elsewhere = 0.0;
+  /// Of the area: where the passes lie so far apart on the part that they leave as much, mm^2; and the
+  /// furthest that they lie apart there, mm.
+  double between_passes = 0.0, apart = 0.0;
   double left = 0.0;               ///< most of it, mm; what is never cut counts as Probes::reach()
   bool never_cut = false;          ///< there
   std::uint32_t facet = kNoFacet;  ///< of the STL file, there

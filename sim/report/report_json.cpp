@@ -160,6 +160,8 @@ void put_rest(Json& json, const Rest& rest, const RemovalVerdict& verdict) {
   json.put("area_mm2", rest.area, 3);
   json.put("out_of_reach_mm2", rest.out_of_reach, 3);
   if (rest.elsewhere > 0.0) json.put("other_directions_mm2", rest.elsewhere, 3);
+  if (rest.between_passes > 0.0)
+    json.put("between_passes_mm2", rest.between_passes, 3), json.put("passes_apart_mm", rest.apart);
   json.put("limit_mm", rest.limit);
   if (rest.facet != kNoFacet) {
     json.put("most_left_mm", rest.left);

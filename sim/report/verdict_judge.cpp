@@ -55,6 +55,25 @@ std::string unseen_at(double cell, const RemovalContext& context) {
       cell, skin, 0.5 * skin);
 }
 
+/// Where the distance of the passes is it: of how much, and what helps.
+std::string cause_of(const Rest& rest, const pathgen::PlanOptions& plan) {
+  if (rest.between_passes == 0.0) return "";
+  const pathgen::PatternKind kind = plan.pattern.kind;
+  const std::string remedy =
+      kind == pathgen::PatternKind::kZLevel  ? "levels leave more the flatter the part is: use a smaller "
+                                               "pattern.step_down_mm, or kind: split"
+      : kind == pathgen::PatternKind::kSplit ? "use a smaller pattern.side_step_mm or step_down_mm"
+      : plan.pattern.measure == pathgen::StepMeasure::kFlat
+          ? text(
+                "use a smaller pattern.side_step_mm (%.4g now, measured flat), or pattern.measure: surface "
+                "or "
+                "scallop",
+                plan.pattern.side_step)
+          : "use a smaller pattern.side_step_mm or scallop_mm";
+  return text("; on %.1f mm2 of that passes lie too far apart on the part, up to %.4g mm: %s",
+              rest.between_passes, rest.apart, remedy.c_str());
+}
+
 }  // namespace
 
 RemovalVerdict judge(const Removal& r, const RemovalContext& context) {
@@ -104,6 +123,7 @@ RemovalVerdict judge(const Removal& r, const RemovalContext& context) {
         "(%.3f, %.3f, %.3f)",
         rest.area, rest.limit, rest.never_cut ? "never cut" : text("%.4f mm left", rest.left).c_str(),
         rest.facet, rest.place.x, rest.place.y, rest.place.z);
+  if (!verdict.rest.empty()) verdict.rest += cause_of(rest, plan);
   return verdict;
 }
 

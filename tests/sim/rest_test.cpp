@@ -168,6 +168,12 @@ TEST(Rest, AWholeProgramPassesAndOneWithoutRowsIsIncomplete) {
   EXPECT_NEAR(limit, 0.01 + 4.0 * (kRadius - std::sqrt(kRadius * kRadius - 0.04)), 1e-12);
   const double near = std::sqrt(2.0 * kRadius * limit - limit * limit);
   EXPECT_NEAR(less.removal.rest.area, 12.0 * 2.0 * (half - near), 0.1 * 12.0);
+  // The rows on both sides are the cause, (W10).
+  EXPECT_NEAR(less.removal.rest.apart, 2.0 * half, 1e-3);
+  EXPECT_NEAR(less.removal.rest.between_passes, less.removal.rest.area, 0.05 * less.removal.rest.area);
+  EXPECT_NE(less.verdict.rest.find("passes lie too far apart on the part, up to 1.6 mm: use a smaller"),
+            std::string::npos)
+      << less.verdict.rest;
   EXPECT_NEAR(less.removal.rest.left, kRadius - std::sqrt(kRadius * kRadius - half * half), 0.02);
   EXPECT_NEAR(less.removal.rest.place.y, -0.2, 0.3);
   EXPECT_NE(less.verdict.rest.find("facet"), std::string::npos) << less.verdict.rest;
@@ -256,6 +262,8 @@ TEST(Rest, WhatTheJobLeavesOutIsNotMissing) {
   const Judged half = run_without(8, 8);
   EXPECT_TRUE(half.verdict.incomplete());
   EXPECT_TRUE(half.removal.rest.never_cut);
+  EXPECT_LT(half.removal.rest.between_passes, 0.05 * half.removal.rest.area)
+      << "there is no row on that side";
   EXPECT_GT(half.removal.rest.out_of_reach, 100.0) << "sides, bottom, and the top outside of the containment";
 }
 
