@@ -67,7 +67,8 @@ double ridge_of(const PlanOptions& o) {
 
 bool CoverJudge::can_judge(const PlanOptions& o) {
   return o.axis.mode != AxisMode::kFree && o.axis.mode != AxisMode::kIndexed &&
-         o.pattern.kind != PatternKind::kRough && o.radial_stock == 0.0 && o.axial_stock == 0.0;
+         o.pattern.kind != PatternKind::kRough && o.pattern.kind != PatternKind::kPencil &&
+         o.rest_more_than == 0.0 && o.radial_stock == 0.0 && o.axial_stock == 0.0;
 }
 
 CoverJudge::CoverJudge(const PlanOptions& options, const CheckedMesh& part, const ToolPath& planned,
@@ -87,7 +88,9 @@ CoverJudge::CoverJudge(const PlanOptions& options, const CheckedMesh& part, cons
       laid_(options.axis, mean_rho()),
       reach_(reach_of(options)),
       ridge_(ridge_of(options)),
-      places_(pass_places(planned)) {}
+      places_(pass_places(planned)) {
+  if (options.fixtures) fixtures_.emplace(options.fixtures->mesh);
+}
 
 std::vector<double> CoverJudge::pass_places(const ToolPath& path) const {
   std::vector<double> places, distinct;
@@ -160,6 +163,15 @@ bool CoverJudge::is_free(const Pose& pose) const {
                          kAslant * options_.holder.clearance + options_.tolerance};
   for (std::size_t i = 0; i < 3; ++i)
     if (tool_.clearance(part_, pose, sim::kToolParts[i], keep[i]).facet != kNoFacet) return false;
+  if (fixtures_) {
+    const FixtureRoom& room = options_.fixture_room;
+    const double off[] = {kAslant * room.cutter + options_.tolerance,
+                          kAslant * room.shank + options_.tolerance,
+                          kAslant * room.holder + options_.tolerance};
+    for (std::size_t i = 0; i < 3; ++i)
+      for (const sim::ToolSolid* tool : {&tool_, &drawn_})
+        if (tool->clearance(*fixtures_, pose, sim::kToolParts[i], off[i]).facet != kNoFacet) return false;
+  }
   const bool inward = options_.axis.mode != AxisMode::kFixed && options_.axis.sense == Sense::kInward;
   if (!inward) {
     for (const sim::ToolPart part : sim::kToolParts)
@@ -324,7 +336,7 @@ void CoverJudge::look_at(Point<Part> p, Vec3 normal, Found& found) const {
 CoverJudge::Found CoverJudge::look(int surface_points) const {
   Found found;
   if (reach_ == 0.0 && places_.size() < 2) return found;
-  SurfaceSample surface(checked_.mesh);
+  SurfaceSample surface(options_.only_faces ? options_.only_faces->mesh : checked_.mesh);
   const int asked = reach_ > 0.0 ? surface_points / kAskedWithin : surface_points;
   for (int i = 0; i < surface_points && static_cast<int>(found.points) < asked; ++i) {
     const SurfaceSample::At at = surface.next();

@@ -10,6 +10,7 @@
 // Rows by their ridges may leave what rows at an angle may, or four times the ridge of a plane and half the
 // tolerance. Of a rough no bound is known.
 
+#include <optional>
 #include <vector>
 
 #include "pathgen/mesh/mesh.h"
@@ -63,6 +64,7 @@ class CoverJudge {
   sim::PartDistance part_;
   sim::ToolSolid tool_, drawn_;
   Deformation map_;
+  std::optional<sim::PartDistance> fixtures_;  ///< and faces that are not to be touched
   double nose_, flat_radius_;
   Deformation laid_;  ///< flat space as passes are laid out in it; map_ has angles
   double reach_;      ///< mm of laid_; 0: passes are straight, and known one by one

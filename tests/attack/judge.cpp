@@ -92,6 +92,7 @@ class Judge {
     proof_against(part_, contact_);
     if (!part_.defects.empty()) proof_against(as_read(stl_, part_), false);
     look_inside();
+    look_at_fixtures();
     look_for_stock();
     if (verdict_.findings.empty()) look_for_uncut();
     return std::move(verdict_);
@@ -99,7 +100,7 @@ class Judge {
 
  private:
   void finding(const char* kind, double value, const std::string& where) {
-    char text[96];
+    char text[256];
     std::snprintf(text, sizeof text, "%s %.4f mm (tolerance %g) at ", kind, value, options_.tolerance);
     verdict_.findings.push_back(text + where);
   }
@@ -188,6 +189,35 @@ class Judge {
       if (distances.winding_number(centre) < 0.5) continue;
       const double depth = distances.nearest(centre).value;
       if (depth > options_.tolerance) return finding("buried", depth, pasteable(pose));
+    }
+  }
+
+  /// Cutter, shank and holder keep off fixtures, and faces that are not to be touched, on all moves; off
+  /// these only as seen from outside.
+  void look_at_fixtures() {
+    if (!options_.fixtures) return;
+    const Mesh& mesh = options_.fixtures->mesh;
+    const sim::PartDistance distances(mesh);
+    const sim::ToolSolid tool(options_.cutter, {});
+    const std::array room{options_.fixture_room.cutter, options_.fixture_room.shank,
+                          options_.fixture_room.holder};
+    for (const Move& move : path_.moves) {
+      for (std::size_t i = 0; i < room.size(); ++i) {
+        const sim::Hit hit = tool.clearance(distances, move.pose, sim::kToolParts[i], room[i]);
+        if (hit.facet == kNoFacet || room[i] - hit.value <= options_.tolerance) continue;
+        const auto& f = mesh.facets[hit.facet];
+        const Point<Part> a = mesh.vertices[f[0]];
+        const Vec3 normal = cross(mesh.vertices[f[1]] - a, mesh.vertices[f[2]] - a);
+        const Vec3 off = move.pose.tip + move.pose.axis * options_.cutter.nose_radius() - a;
+        const bool is_face =
+            options_.fixtures->names[mesh.source[hit.facet]].find("avoid_faces") != std::string::npos;
+        if (is_face && dot(normal, off) < 0.0) continue;
+        finding(("by " + options_.fixtures->names[mesh.source[hit.facet]] + ", of " +
+                 std::string(sim::kToolPartNames[i]) + (move.kind == MoveKind::kRapid ? " on a rapid," : ","))
+                    .c_str(),
+                room[i] - hit.value, pasteable(move.pose));
+        return;
+      }
     }
   }
 

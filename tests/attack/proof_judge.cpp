@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <optional>
 #include <sstream>
 
 #include "daemon/post/block.h"
@@ -38,7 +39,9 @@ class ProofJudge {
         bounds_(part.bounds),
         prover_(part, job),
         surface_(part.mesh),
-        tool_(job.plan.cutter, {job.plan.allowance, job.plan.radial_stock, job.plan.axial_stock}) {}
+        tool_(job.plan.cutter, {job.plan.allowance, job.plan.radial_stock, job.plan.axial_stock}) {
+    if (job.plan.fixtures) fixtures_.emplace(job.plan.fixtures->mesh);
+  }
 
   ProofVerdict run(double deepest) {
     hold_text(deepest);
@@ -124,13 +127,24 @@ class ProofJudge {
       finding("gouge", gouge->depth, there, pasteable(worst));
   }
 
-  /// Does the part stand in the way of a tool that is drawn out along its axis from that share of the move? A
-  /// rapid may not even graze it.
+  /// Does the tool come nearer to a fixture than it is to keep off?
+  bool is_at_fixture(const Pose& pose) const {
+    if (!fixtures_) return false;
+    const FixtureRoom& room = job_.plan.fixture_room;
+    const std::array off{room.cutter, room.shank, room.holder};
+    for (std::size_t i = 0; i < off.size(); ++i)
+      if (tool_.clearance(*fixtures_, pose, sim::kToolParts[i], off[i]).facet != kNoFacet) return true;
+    return false;
+  }
+
+  /// Do part or fixtures stand in the way of a tool that is drawn out along its axis from that share of the
+  /// move? A rapid may not even graze it.
   bool is_shut_in(const sim::ProgramMove& move, double share) const {
     const Pose end = prover_.frames().pose(move, share);
     const double step = kDrawnOut * job_.plan.cutter.diameter;
     for (double out = 0.0; out < distance(bounds_.min, bounds_.max); out += step)
-      if (depth({end.tip + end.axis * out, end.axis}) > 0.0) return true;
+      if (const Pose there{end.tip + end.axis * out, end.axis}; depth(there) > 0.0 || is_at_fixture(there))
+        return true;
     return false;
   }
 
@@ -173,6 +187,7 @@ class ProofJudge {
   sim::Prover prover_;
   sim::PartDistance surface_;
   sim::ToolSolid tool_;
+  std::optional<sim::PartDistance> fixtures_;
   ProofVerdict verdict_;
 };
 

@@ -31,7 +31,8 @@ std::string interval(const char* key, double low, double high) {
 /// The choices of a job one after the other; what is chosen first bounds what comes after.
 class Writer {
  public:
-  Writer(Dice& dice, const RandomPart& part) : dice_(dice), part_(part) {
+  /// `larger`: so many times the cutter that is drawn.
+  Writer(Dice& dice, const RandomPart& part, double larger = 1.0) : dice_(dice), part_(part) {
     const double turn = dice.unit();
     mode_ = turn < 0.15   ? AxisMode::kFixed
             : turn < 0.36 ? AxisMode::kPoint
@@ -39,10 +40,11 @@ class Writer {
             : turn < 0.82 ? AxisMode::kCircle
             : turn < 0.92 ? AxisMode::kFree
                           : AxisMode::kIndexed;
-    diameter_ = part.size * dice.spread(0.012, 0.18);
+    diameter_ = part.size * dice.spread(0.012, 0.18) * larger;
     lean_dice_ = Dice(std::bit_cast<std::uint64_t>(diameter_));
     ridge_dice_ = Dice(~std::bit_cast<std::uint64_t>(diameter_));
     blank_dice_ = Dice(std::rotl(std::bit_cast<std::uint64_t>(diameter_), 32));
+    more_dice_ = Dice(std::rotl(std::bit_cast<std::uint64_t>(diameter_), 16));
     tolerance_ = std::round(dice.spread(20, 500)) * 1e-4;
     tolerance_ = std::max(1e-4, std::min(tolerance_, std::floor(diameter_ * 0.05 * 1e4) * 1e-4));
     anchor_ = part.facets[dice.below(part.facets.size())][0];
@@ -51,8 +53,23 @@ class Writer {
   }
 
   std::string text(const std::string& name, const std::string& stl, const std::string& machine) {
-    std::string all = "part: {name: " + name + ", stl: " + stl + ", unit: mm}\n";
-    all += cutter();
+    const double turn = more_dice_.unit();
+    const std::size_t count = turn < 0.10 ? 2 : turn < 0.14 ? 3 : 1;
+    std::string all;
+    std::string own = sections();
+    if (count > 1) own = "operations:\n" + listed("first", own + numbered(1)) + followers(count);
+    if (more_dice_.chance(0.05)) all += std::string(kShortestTime) + "\n";
+    all += "part: {name: " + name + ", stl: " + stl + ", unit: mm" + avoided() + "}\n" + own + setup_;
+    if (blank_dice_.chance(kind_ == "rough" ? 0.7 : 0.3) && (is_field() || more_dice_.chance(0.7)))
+      all +=
+          formatted("blank: {shape: box, margin_mm: %.4f}\n", part_.size * blank_dice_.spread(0.002, 0.15));
+    if (more_dice_.chance(0.15)) all += fixtures();
+    return all + "machine: " + machine + "\n";
+  }
+
+  /// What an operation states itself; sets setup_.
+  std::string sections() {
+    std::string all = cutter();
     all += axis();
     all += pattern();
     all += containment();
@@ -69,10 +86,7 @@ class Writer {
     all += points();
     all += guards();
     all += ends();
-    if (is_field() && blank_dice_.chance(kind_ == "rough" ? 0.7 : 0.3))
-      all +=
-          formatted("blank: {shape: box, margin_mm: %.4f}\n", part_.size * blank_dice_.spread(0.002, 0.15));
-    return all + "machine: " + machine + "\n";
+    return all;
   }
 
  private:
@@ -175,6 +189,12 @@ class Writer {
               : turn < 0.94 ? "contour"
                             : "spiral";
     }
+    if (!is_free() && kind_ == "raster" && more_dice_.chance(0.08)) {
+      kind_ = "pencil";
+      return "pattern:\n  kind: pencil\n" +
+             (more_dice_.chance(0.5) ? formatted("  crease_angle_deg: %.3f\n", more_dice_.uniform(2.0, 40.0))
+                                     : std::string());
+    }
     if (kind_ == "contour" || kind_ == "spiral")
       windowed_ = true, step_ = diameter_ * dice_.uniform(0.4, 1.2);
     const bool lines = kind_ == "raster" || kind_ == "split" || kind_ == "rough";
@@ -202,6 +222,11 @@ class Writer {
 
   /// A few steps round a place of the part, in the coordinates of the axis mode.
   std::string containment() {
+    std::string text = window();
+    if (kind_ == "rough" || kind_ == "pencil" || !more_dice_.chance(0.12)) return text;
+    return (text.empty() ? "containment:\n" : text) + "  faces: [" + ball() + "]\n";
+  }
+  std::string window() {
     if (!windowed_) return "";
     const double half = step_ * dice_.uniform(1.5, 5.0), other = half * dice_.uniform(0.6, 3.0);
     std::string text = "containment:\n";
@@ -285,6 +310,70 @@ class Writer {
     return text.empty() ? text : "guards:\n" + text;
   }
 
+  static std::string numbered(std::size_t tool) { return "program: {tool: " + std::to_string(tool) + "}\n"; }
+  /// A section of text as an item of a list.
+  static std::string listed(const std::string& name, const std::string& text) {
+    std::string all = "  - name: " + name + "\n    ";
+    for (const char c : text.substr(0, text.size() - 1)) all += c == '\n' ? "\n    " : std::string(1, c);
+    return all + "\n";
+  }
+
+  /// The operations behind the first, each with sections of its own. Some cut only what is left.
+  std::string followers(std::size_t count) {
+    std::string all;
+    for (std::size_t i = 1; i < count; ++i) {
+      Dice own(more_dice_.bits());
+      Writer next(own, part_, more_dice_.uniform(0.3, 1.0));
+      std::string text = next.sections();
+      if (!next.is_free() && more_dice_.chance(0.5))
+        text += formatted("rest: {more_than_mm: %.4f}\n",
+                          std::max(0.01, 2.0 * next.tolerance_ + diameter_ * more_dice_.spread(0.005, 0.2)));
+      all += listed("next " + std::to_string(i), text + numbered(i + 1));
+    }
+    return all;
+  }
+
+  /// A ball about a place of the part, as the name of the facets in it.
+  std::string ball() {
+    const Point<Part> at = part_.facets[more_dice_.below(part_.facets.size())][0];
+    return formatted("\"ball %.4f %.4f %.4f %.4f\"", at.x, at.y, at.z,
+                     part_.size * more_dice_.spread(0.03, 0.3));
+  }
+  std::string avoided() {
+    if (!more_dice_.chance(0.12)) return "";
+    return ", avoid_faces: [" + ball() + "]" +
+           formatted(", avoid_mm: %.4f", std::max(0.001, diameter_ * more_dice_.spread(0.01, 0.5)));
+  }
+
+  /// Bodies beside the part, turned with it; some reach into it.
+  std::string fixtures() {
+    std::string all = "fixtures:\n";
+    const std::size_t count = 1 + more_dice_.below(2);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Point<Part> at =
+          part_.centre + more_dice_.direction() * (part_.size * more_dice_.uniform(0.2, 0.9));
+      const double size = part_.size * more_dice_.spread(0.05, 0.5);
+      all += formatted("  - {name: body %zu, on: part, ", i + 1);
+      switch (more_dice_.below(3)) {
+        case 0:
+          all += formatted("shape: box, size_mm: [%.4f, %.4f, %.4f]", size,
+                           size * more_dice_.uniform(0.2, 2.0), size * more_dice_.uniform(0.2, 2.0));
+          break;
+        case 1:
+          all += formatted("shape: cylinder, diameter_mm: %.4f, height_mm: %.4f", size,
+                           size * more_dice_.uniform(0.2, 3.0));
+          break;
+        default:
+          all += formatted("shape: cone, diameter_mm: %.4f, upper_diameter_mm: %.4f, height_mm: %.4f", size,
+                           size * more_dice_.uniform(0.1, 0.9), size * more_dice_.uniform(0.2, 2.0));
+      }
+      all += formatted(", at_mm: [%.4f, %.4f, %.4f], rotation_deg: [%.3f, %.3f, %.3f]}\n", at.x, at.y, at.z,
+                       more_dice_.uniform(-90.0, 90.0), more_dice_.uniform(-90.0, 90.0),
+                       more_dice_.uniform(-90.0, 90.0));
+    }
+    return all;
+  }
+
   /// Links, feeds and how the part sits.
   std::string ends() {
     std::string text;
@@ -298,11 +387,12 @@ class Writer {
     const double clearance = std::max(0.05, part_.size * dice_.spread(0.01, 0.3));
     text +=
         formatted("clearance_mm: %.4f\napproach_mm: %.4f\n", clearance, clearance * dice_.uniform(0.1, 1.0));
-    text += "feeds: {cut_mm_per_min: 2000, plunge_mm_per_min: 600}\nsetup:\n  part_zero_mm: [0, 0, 300]\n";
+    text += "feeds: {cut_mm_per_min: 2000, plunge_mm_per_min: 600}\n";
+    setup_ = "setup:\n  part_zero_mm: [0, 0, 300]\n";
     if (dice_.chance(0.4))
-      text += formatted("  fixture_rotation_deg: [%.3f, %.3f, %.3f]\n", dice_.uniform(-180.0, 180.0),
-                        dice_.chance(0.5) ? 90.0 : 0.0, dice_.uniform(-90.0, 90.0));
-    if (dice_.chance(0.4)) text += formatted("  tilt_max_deg: %.3f\n", dice_.uniform(40.0, 175.0));
+      setup_ += formatted("  fixture_rotation_deg: [%.3f, %.3f, %.3f]\n", dice_.uniform(-180.0, 180.0),
+                          dice_.chance(0.5) ? 90.0 : 0.0, dice_.uniform(-90.0, 90.0));
+    if (dice_.chance(0.4)) setup_ += formatted("  tilt_max_deg: %.3f\n", dice_.uniform(40.0, 175.0));
     return text;
   }
 
@@ -310,10 +400,11 @@ class Writer {
   const RandomPart& part_;
   AxisMode mode_ = AxisMode::kFixed;
   AxisFrame frame_;
-  std::string kind_;
+  std::string kind_, setup_;
   Point<Part> anchor_;
   double diameter_ = 0.0, tolerance_ = 0.0, step_ = 0.0, shank_length_ = 0.0;
-  Dice lean_dice_{0}, ridge_dice_{0}, blank_dice_{0};  ///< of their own, so that all else is chosen as it was
+  Dice lean_dice_{0}, ridge_dice_{0}, blank_dice_{0},
+      more_dice_{0};  ///< of their own, so that all else is chosen as it was
   bool leans_ = false, ridge_ = false, is_ball_ = false, windowed_ = false, has_holder_ = false,
        has_neck_ = false, ball_like_ = false, has_stock_ = false;
 };

@@ -12,6 +12,9 @@ using namespace pathgen;
 /// A machine profile with travels and turns for whatever a job asks, by the words of config/machines.
 std::string wide_profile();
 
+/// A job that begins a line so is planned for the shortest time.
+inline constexpr const char* kShortestTime = "# attack: optimise time";
+
 /// `stl` and `machine`: as the job names them.
 std::string random_job(Dice& dice, const RandomPart& part, const std::string& name, const std::string& stl,
                        const std::string& machine);
