@@ -8,11 +8,10 @@
 namespace tiltfeed::pathgen {
 namespace {
 
-/// Of a ball's radius: how far apart balls stand, along a piece and along a move. What they leave between
-/// them is less than the half approach only where that is thick enough: so balls are larger by kLarger.
+/// Of a ball's radius: how far apart balls stand, along a piece and along a move.
 constexpr double kApart = 0.5;
-/// A ball of radius r that stands d off its neighbour leaves r - sqrt(r^2 - d^2 / 4) along the piece's side,
-/// d = r / 2: 0.032 r.
+/// Two balls of radius r that stand d apart leave r - sqrt(r^2 - d^2 / 4) of the side between them uncovered:
+/// with d = r / 2 it is 0.032 r. So much larger, and a little more, they cover it.
 constexpr double kLarger = 1.04;
 
 }  // namespace
