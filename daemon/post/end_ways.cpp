@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "pathgen/mesh/facet_bvh.h"
+#include "pathgen/tool/blank_solid.h"
 #include "pathgen/tool/swept_tool.h"
 #include "pathgen/tool/tool_pieces.h"
 
@@ -18,12 +19,18 @@ constexpr double kAlongZ = 1e-3;
 // A plane that the tool axis leaves at a flatter angle than this is not sought, sine.
 constexpr double kLeastLeaving = 0.1;
 
-/// Of the tool as the part meets it, and as fixtures do.
-std::vector<pathgen::ToolPiece> pieces_of(const pathgen::PlanOptions& options) {
-  std::vector<pathgen::ToolPiece> pieces = pathgen::all_pieces(options);
+/// A piece of the tool, as the part meets it or as fixtures do.
+struct MetPiece {
+  pathgen::ToolPiece piece;
+  bool by_fixtures = false;
+};
+
+std::vector<MetPiece> pieces_of(const pathgen::PlanOptions& options) {
+  std::vector<MetPiece> pieces;
+  for (const pathgen::ToolPiece& piece : pathgen::all_pieces(options)) pieces.push_back({piece, false});
   if (options.fixtures)
     for (const pathgen::ToolPiece& piece : pathgen::all_pieces(pathgen::as_of_fixtures(options)))
-      pieces.push_back(piece);
+      pieces.push_back({piece, true});
   return pieces;
 }
 
@@ -55,7 +62,12 @@ class EndWays {
         pieces_(pieces_of(job.plan)),
         close_pieces_(pieces_of(without_clearances(job.plan))),
         stock_pieces_(pieces_of(over_stock(without_clearances(job.plan)))),
-        base_(pathgen::reference_height(job.plan.cutter)) {}
+        base_(pathgen::reference_height(job.plan.cutter)) {
+    const std::size_t blank = job.plan.blank ? job.plan.blank->mesh().facets.size() : 0;
+    fixtures_end_ = part.facets.size() - std::min(part.facets.size(), blank);
+    const std::size_t count = job.plan.fixtures ? job.plan.fixtures->mesh.facets.size() : 0;
+    fixtures_begin_ = fixtures_end_ - std::min(fixtures_end_, count);
+  }
 
   /// How far along its axis the tool is to go; 0: it need not, or there is no way.
   double way(const Pose& pose);
@@ -68,14 +80,16 @@ class EndWays {
   std::vector<Stand> stands(const Pose& pose) const;
   std::optional<double> beyond(const Pose& pose, Vec3 normal) const;
   bool in_reach(const Pose& pose, const std::vector<Stand>& stands) const;
-  bool clear(const Pose& pose, double way, const std::vector<pathgen::ToolPiece>& pieces);
+  bool is_fixture(std::size_t facet) const { return facet >= fixtures_begin_ && facet < fixtures_end_; }
+  bool clear(const Pose& pose, double way, const std::vector<MetPiece>& pieces);
 
   const pathgen::Mesh& part_;
   const config::Job& job_;
-  std::vector<pathgen::ToolPiece> pieces_, close_pieces_;  ///< with the guards' clearances, and without
-  std::vector<pathgen::ToolPiece> stock_pieces_;           ///< without, but with room for stock
-  double base_;                                            ///< of the CL reference over the tip, mm
-  std::optional<pathgen::FacetBvh> tree_;                  ///< made when first needed
+  std::vector<MetPiece> pieces_, close_pieces_;        ///< with the guards' clearances, and without
+  std::vector<MetPiece> stock_pieces_;                 ///< without, but with room for stock
+  std::size_t fixtures_begin_ = 0, fixtures_end_ = 0;  ///< facets of part_ that are those of fixtures
+  double base_;                                        ///< of the CL reference over the tip, mm
+  std::optional<pathgen::FacetBvh> tree_;              ///< made when first needed
 };
 
 /// With both solutions of the tilt: which of them is taken depends on the whole path.
@@ -101,7 +115,7 @@ std::optional<double> EndWays::beyond(const Pose& pose, Vec3 normal) const {
   const double along = dot(pose.axis, normal), across = std::sqrt(std::max(0.0, 1.0 - along * along));
   if (along < kLeastLeaving) return std::nullopt;
   double lowest = 0.0, top = -std::numeric_limits<double>::infinity();
-  for (const pathgen::ToolPiece& piece : pieces_) {
+  for (const auto& [piece, by_fixtures] : pieces_) {
     const double ring = base_ + piece.above_reference;
     lowest = std::min(lowest, ring * along - piece.flat * across - piece.corner);
     if (piece.has_cone())
@@ -121,22 +135,25 @@ bool EndWays::in_reach(const Pose& pose, const std::vector<Stand>& stands) const
 }
 
 /// Nothing of the part is in the way along the axis. Where the tool begins it is clear.
-bool EndWays::clear(const Pose& pose, double way, const std::vector<pathgen::ToolPiece>& pieces) {
+bool EndWays::clear(const Pose& pose, double way, const std::vector<MetPiece>& pieces) {
   if (!tree_) tree_.emplace(part_);
   const Point<Part> reference = pose.tip + pose.axis * base_;
-  const auto meets_part = [&](const pathgen::SweptTool::Frustum& frustum) {
+  const auto meets_part = [&](const pathgen::SweptTool::Frustum& frustum, bool by_fixtures) {
     return tree_->any_along(reference, pose.axis, frustum.from, frustum.to, frustum.widest,
-                            [&](std::uint32_t, const pathgen::PlacedFacet& facet) {
-                              return pathgen::meets(frustum, reference, pose.axis, facet);
+                            [&](std::uint32_t i, const pathgen::PlacedFacet& facet) {
+                              return is_fixture(i) == by_fixtures &&
+                                     pathgen::meets(frustum, reference, pose.axis, facet);
                             });
   };
-  return std::none_of(pieces.begin(), pieces.end(), [&](const pathgen::ToolPiece& piece) {
+  return std::none_of(pieces.begin(), pieces.end(), [&](const MetPiece& met) {
+    const pathgen::ToolPiece& piece = met.piece;
     const double ring = piece.above_reference, end = ring + piece.length + way;
-    if (!piece.has_cone()) return meets_part({piece.part, ring, end, piece.outer, 0.0, piece.outer});
+    if (!piece.has_cone())
+      return meets_part({piece.part, ring, end, piece.outer, 0.0, piece.outer}, met.by_fixtures);
     const double slope = piece.taper_sin / piece.taper_cos, wide = ring + piece.cone_height(piece.outer),
                  radius = piece.flat + piece.corner / piece.taper_cos;
-    return meets_part({piece.part, ring, wide, radius, slope, piece.outer}) ||
-           meets_part({piece.part, wide, end, piece.outer, 0.0, piece.outer});
+    return meets_part({piece.part, ring, wide, radius, slope, piece.outer}, met.by_fixtures) ||
+           meets_part({piece.part, wide, end, piece.outer, 0.0, piece.outer}, met.by_fixtures);
   });
 }
 

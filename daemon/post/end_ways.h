@@ -14,7 +14,8 @@ namespace tiltfeed::daemon {
 /// they stand: over the part, or beside it, whichever is nearer. Where the travels end before that or the way
 /// is blocked, beyond the plane square to the tool axis. Where all three are blocked, the first that is free
 /// without the guards' clearances, or else nothing is put in. Where the tool comes nearer to the part than
-/// half of the approach on such a way, it is a plunge. Returns what was put in, mm.
+/// half of the approach on such a way, it is a plunge. `part`: with fixtures and blank, where the job has
+/// any, in this order behind it. Returns what was put in, mm.
 double add_end_ways(ToolPath& path, const pathgen::Mesh& part, const config::Job& job);
 
 }  // namespace tiltfeed::daemon

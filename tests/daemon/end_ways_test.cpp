@@ -201,5 +201,23 @@ TEST(EndWays, BesideStockTheyArePlunges) {
   }
 }
 
+/// What is kept off fixtures is not kept off the part, which lies before them in the mesh.
+TEST(EndWays, TheRoomOfFixturesIsThatOfFixtures) {
+  Job j = job();
+  j.plan.fixture_room = {40.0, 40.0, 40.0};
+  const Mesh floor = box_mesh({{Vec3{-100, -100, -10}, Vec3{100, 100, 0}}}),
+             roof = box_mesh({{Vec3{-100, -100, 60}, Vec3{100, 30, 70}}}),
+             post = box_mesh({{Vec3{-100, -100, -10}, Vec3{-95, -95, 0}}});
+  const Pose end = leaning({0, 0, 8}, 60.0);
+  for (const bool roof_is_fixture : {false, true}) {
+    auto fixtures = std::make_shared<Fixtures>();
+    fixtures->mesh = roof_is_fixture ? roof : post, fixtures->names = {"fixture"};
+    j.plan.fixtures = fixtures;
+    const Mesh part = roof_is_fixture ? floor : joined(floor, roof);
+    ToolPath path = path_of(end, end);
+    EXPECT_EQ(add_end_ways(path, joined(part, fixtures->mesh), j) > 0.0, !roof_is_fixture);
+  }
+}
+
 }  // namespace
 }  // namespace tiltfeed
