@@ -26,6 +26,9 @@ struct FeedRange {
   Feed lowest;          ///< no more than it
   double load = 1.0;    ///< share of the largest load at the job's own feed that no place goes over
   double change = 0.0;  ///< of the job's feed, a share per mm of way, at most; 0: no limit
+  /// Thickest chip by the tool's cutting data, as the feed that makes it in a full slot, mm/min; 0: not
+  /// known.
+  double largest_chip = 0.0;
 };
 
 /// One operation of a job file, with all that the file says for all of them.

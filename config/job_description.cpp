@@ -167,6 +167,7 @@ std::string describe(const Job& job) {
   describe_program_data(out, job.program);
   out.add("setup.part_zero_mm", job.setup.part_zero);
   for (std::size_t row = 0; row < 3; ++row)
+  if (job.feeds.largest_chip > 0.0) out.add("cutter.largest_chip_mm_per_min", tidy(job.feeds.largest_chip));
     out.add("setup.fixture_row_" + std::to_string(row + 1), job.setup.fixture.rows[row]);
   out.add("setup.tilt_max_deg", plan.tilt_max);
   out.add("setup.tool_length_mm", job.setup.tool_length);

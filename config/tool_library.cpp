@@ -52,6 +52,13 @@ CuttingData read_data(const Section& section, double diameter, int flutes) {
   } else {
     data.cut_feed = section.optional_number("cut_mm_per_min", kCuttingFeed).value_or(0.0);
   }
+  const auto of_teeth = [&](const char* key) {
+    const double value = section.optional_number(key, kTooth).value_or(0.0);
+    if (value > 0.0 && flutes == 0) section.complain(key, "the tool's flutes are not stated; add flutes");
+    return value;
+  };
+  data.highest_tooth = of_teeth("highest_feed_per_tooth_mm");
+  data.largest_chip = of_teeth("largest_chip_mm");
   data.plunge_feed = section.optional_number("plunge_mm_per_min", kCuttingFeed).value_or(0.0);
   return data;
 }
@@ -66,10 +73,11 @@ LibraryTool read_tool(const Section& section) {
   tool.flutes = section.integer("flutes", 0, kMostFlutes, 0);
   tool.cutter = read_cutter_form(section);
   const double diameter = section.has("diameter_mm") ? tool.cutter.diameter : 0.0;
-  for (const Section& one : section.list("cutting_data",
-                                         {"material", "cutting_speed_m_per_min", "spindle_rpm",
-                                          "feed_per_tooth_mm", "cut_mm_per_min", "plunge_mm_per_min"},
-                                         kMostMaterials)) {
+  for (const Section& one :
+       section.list("cutting_data",
+                    {"material", "cutting_speed_m_per_min", "spindle_rpm", "feed_per_tooth_mm",
+                     "cut_mm_per_min", "plunge_mm_per_min", "highest_feed_per_tooth_mm", "largest_chip_mm"},
+                    kMostMaterials)) {
     const CuttingData data = read_data(one, diameter, tool.flutes);
     if (std::any_of(tool.data.begin(), tool.data.end(),
                     [&](const CuttingData& other) { return other.material == data.material; }))

@@ -15,6 +15,9 @@ struct CuttingData {
   std::string material;
   double spindle_rpm = 0.0;                ///< 1/min
   double cut_feed = 0.0, plunge_feed = 0;  ///< mm/min
+  /// Where the feed follows the engagement: the most that it may be for each tooth, and the thickest chip,
+  /// mm.
+  double highest_tooth = 0.0, largest_chip = 0.0;
 };
 
 struct LibraryTool {

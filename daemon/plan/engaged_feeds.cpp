@@ -75,6 +75,13 @@ FeedRule rule_of(const config::Job& job) {
           std::min(1.0, job.feeds.lowest.mm_per_min() / own), job.feeds.change, way_ahead(job)};
 }
 
+/// Of the largest loads at the job's own feeds the share that each may have.
+Loads limits_of(const config::Job& job, const Loads& before) {
+  const double load = job.feeds.load, chip = job.feeds.largest_chip;
+  const bool bound = chip > 0.0 && before.chip > 0.0;
+  return {bound ? std::min(load, chip / before.chip) : load, load, load};
+}
+
 double share_of(double now, double before) { return before > 0.0 ? now / before : now > 0.0 ? 2.0 : 0.0; }
 
 }  // namespace
@@ -94,13 +101,16 @@ Result<void> feeds_can_follow(const std::vector<const OperationPlan*>& operation
       return fail(Code::kInput, where + "does not go with program.units: inch: plan with a profile in mm");
     if (job.program.arc_tolerance > 0.0)
       return fail(Code::kInput, where + "does not go with arcs: leave out program.arc_tolerance_mm");
-    any = any || job.feeds.highest > job.plan.cut_feed || job.feeds.load < 1.0;
+    any =
+        any || job.feeds.highest > job.plan.cut_feed || job.feeds.load < 1.0 || job.feeds.largest_chip > 0.0;
   }
   if (any) return {};
-  return fail(Code::kInput,
-              operations.front()->job().path +
-                  ": --optimise feed has nothing to change: no operation states "
-                  "feeds.highest_mm_per_min over its cut_mm_per_min, nor a load_percent below 100");
+  return fail(
+      Code::kInput,
+      operations.front()->job().path +
+          ": --optimise feed has nothing to change: no operation states "
+          "feeds.highest_mm_per_min over its cut_mm_per_min, nor a load_percent below 100, and no tool's "
+          "cutting data state largest_chip_mm or highest_feed_per_tooth_mm");
 }
 
 double seconds_on_link(const config::MachineProfile& machine, const ProgramReport& program) {
@@ -122,7 +132,10 @@ EngagedFeeds::EngagedFeeds(std::vector<OperationPlan*> operations, const Planned
 void EngagedFeeds::apply(double least_seconds) {
   for (One& one : operations_) {
     const config::Job& job = one.plan->job();
-    const Loads limits = one.before.times(job.feeds.load * one.margin);
+    const Loads share = limits_of(job, one.before);
+    const Loads limits = Loads{one.before.chip * share.chip, one.before.edge_load * share.edge_load,
+                               one.before.turn_load * share.turn_load}
+                             .times(one.margin);
     one.plan->run_at(one.given_up ? std::vector<SpeedStep>{} : feed_profile(one.spans, limits, rule_of(job)),
                      least_seconds);
   }
@@ -139,14 +152,20 @@ bool EngagedFeeds::holds(const PlannedProgram& posted, const MeasuredEngagement&
     found.share = {share_of(loads.chip, one.before.chip), share_of(loads.edge_load, one.before.edge_load),
                    share_of(loads.turn_load, one.before.turn_load)};
     found.seconds = now.seconds[i], found.kept = false;
-    const double limit = one.plan->job().feeds.load;
-    const double over = std::max({found.share.chip, found.share.edge_load, found.share.turn_load}) / limit;
-    const bool slower = limit >= 1.0 && found.seconds >= found.seconds_before;
+    const Loads limit = limits_of(one.plan->job(), one.before);
+    const double over = std::max({found.share.chip / limit.chip, found.share.edge_load / limit.edge_load,
+                                  found.share.turn_load / limit.turn_load});
+    const bool slower = limit.chip >= 1.0 && limit.edge_load >= 1.0 && found.seconds >= found.seconds_before;
     if (over <= 1.0 + kOnLimit && !slower) continue;
     all = false;
     one.margin *= kBelow / std::max(over, 1.0);
     if (!slower && tried_ < kTries) continue;
     one.given_up = true;
+    if (limit.chip < limit.edge_load)
+      one.plan->warn(
+          "no feed keeps every chip under the largest_chip_mm of the tool's cutting data: the job's own "
+          "feeds stay, and make chips " +
+          std::to_string(1.0 / limit.chip) + " times as thick");
     found.kept = true, found.seconds = found.seconds_before, found.share = {1.0, 1.0, 1.0};
   }
   return all;

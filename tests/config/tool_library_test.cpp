@@ -222,5 +222,30 @@ TEST(ToolLibrary, SaysWhereAFileIsWrong) {
             (std::vector<std::string>{"type", "diameter_mm", "length_mm", "shank_length_mm"}));
 }
 
+TEST_F(ToolJobs, CuttingDataBoundTheChipAndTheFeedOfATooth) {
+  const std::string key = "{library: bound.yaml, id: ball-6, material: steel}";
+  const auto bound = [&](const std::string& data, const std::string& feeds) {
+    write("bound.yaml", replaced(kTools, "plunge_mm_per_min: 250}", "plunge_mm_per_min: 250" + data + "}"));
+    return job(key, "", kFeeds, feeds);
+  };
+  const auto limited = bound(", highest_feed_per_tooth_mm: 0.1, largest_chip_mm: 0.03", "");
+  ASSERT_TRUE(limited) << limited.error().message;
+  EXPECT_NEAR(limited->feeds.highest.mm_per_min(), 0.1 * 2 * limited->spindle_rpm, 1e-9);
+  EXPECT_NEAR(limited->feeds.largest_chip, 0.03 * 2 * limited->spindle_rpm, 1e-9);
+  // The job's own speed counts, and its own highest feed.
+  const auto own = bound(", highest_feed_per_tooth_mm: 0.1, largest_chip_mm: 0.03",
+                         "feeds: {spindle_rpm: 5000, highest_mm_per_min: 900}\n");
+  ASSERT_TRUE(own) << own.error().message;
+  EXPECT_EQ(own->feeds.highest.mm_per_min(), 900.0);
+  EXPECT_NEAR(own->feeds.largest_chip, 300.0, 1e-9);
+  const auto none = bound("", "");
+  ASSERT_TRUE(none) << none.error().message;
+  EXPECT_EQ(none->feeds.largest_chip, 0.0);
+  EXPECT_EQ(none->feeds.highest, none->plan.cut_feed);
+  EXPECT_NE(
+      refusal(bound(", largest_chip_mm: 0.03", "feeds: {spindle_rpm: 0}\n")).find("missing key spindle_rpm"),
+      std::string::npos);
+}
+
 }  // namespace
 }  // namespace tiltfeed

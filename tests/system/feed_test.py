@@ -127,6 +127,22 @@ def main():
     done = shop.run("tiltfeed", "verify", "none.job.yaml", "own1.nc", "--stock", "box:2", "--json")
     assert not json.loads(done.stdout)["passed"] and json.loads(done.stdout)["too_fast"]["moves"] > 0, "raised feeds pass"
     assert "feeds.highest_mm_per_min" in shop.refused("none")
+    # The tool's cutting data bound the chip: 0.02 mm with 2 teeth at 9000/min is 360 mm/min in a full slot.
+    with open(f"{shop.work}/tools.yaml", "w", encoding="utf-8") as out:
+        out.write("tools: [{id: ball, type: ball, diameter_mm: 6, flutes: 2, length_mm: 120, shank_length_mm: 60, cutting_data: [{material: "
+                  "steel, spindle_rpm: 9000, cut_mm_per_min: 1000, plunge_mm_per_min: 500, highest_feed_per_tooth_mm: 0.16, "
+                  "largest_chip_mm: 0.02}]}]\n")
+    shop.job("chip", feeds=", lowest_mm_per_min: 20")
+    with open(f"{shop.work}/chip.job.yaml", encoding="utf-8") as given:
+        text = re.sub(r"^cutter:.*$", "cutter: {library: tools.yaml, id: ball, material: steel}", given.read(), flags=re.MULTILINE)
+    with open(f"{shop.work}/chip.job.yaml", "w", encoding="utf-8") as out:
+        out.write(text)
+    shop.plan("chip", "chip0.nc")
+    told = shop.plan("chip", "chip1.nc", "--optimise", "feed")["feed_by_engagement"][0]
+    # Of cuts: a plunge's feed, 500 mm/min, stays.
+    most = [max(row["chip_mm_per_min"] * row["asked_s"] / row["took_s"] for row in shop.peaks("chip", program)[1]
+                if row["way_mm"] > 0.0 and abs(60.0 * row["way_mm"] / row["asked_s"] - 500.0) > 5.0) for program in ("chip0.nc", "chip1.nc")]
+    assert most[0] > 400.0 and most[1] <= 360.0 * 1.001 and not told["kept"], (most, told)
     shop.job("inch", machine="inch.yaml")
     assert "units: inch" in shop.refused("inch")
     print(f"feed by engagement: {100 * (1 - gain):.0f} % less machine time")
