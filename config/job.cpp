@@ -81,6 +81,7 @@ Job read_job(const Section& root, const std::string& path, const ToolLibrary* to
   read_only_faces(root, job);
   read_path(root, job.plan);
   job.axis_tolerance = read_axis_tolerance(root, job.plan);
+  job.calm = read_calm(root, job.plan);
   read_feeds(root, choice, job);
   job.program = read_program_data(root, choice.tool == nullptr ? 0 : choice.tool->number);
   job.setup = read_setup(root, job.plan);

@@ -50,6 +50,7 @@ struct Job {
   std::string material;    ///< whose cutting data are taken; empty: none
   pathgen::PlanOptions plan;
   Angle axis_tolerance;  ///< by which the axis may lean near the rotary's pole; 0: not at all
+  Angle calm;            ///< by which it may lean so that tilt and table turn evenly; 0: not at all
   Setup setup;           ///< tool_length = plan.cutter.length
   std::vector<Fixture> fixtures;
   std::optional<Blank> blank;  ///< what the first operation cuts from; nothing: nobody says

@@ -110,7 +110,8 @@ void describe_containment(Description& out, const Job& job) {
 }
 
 /// `left`: of the tolerance, what the plan leaves to the control and to the facets of the part.
-void describe_path(Description& out, const pathgen::PlanOptions& plan, Angle axis_tolerance, double left) {
+void describe_path(Description& out, const pathgen::PlanOptions& plan, Angle axis_tolerance, Angle calm,
+                   double left) {
   out.add("tolerance_mm", tidy(plan.tolerance + left));
   if (plan.rest_more_than > 0.0) out.add("rest.more_than_mm", plan.rest_more_than);
   out.add("allowance_mm", plan.allowance);
@@ -120,6 +121,7 @@ void describe_path(Description& out, const pathgen::PlanOptions& plan, Angle axi
   out.add("points.max_angle_deg", plan.max_angle_step);
   out.add("points.smoothing_mm", plan.smoothing);
   out.add("points.axis_tolerance_deg", axis_tolerance);
+  out.add("points.calm_deg", calm);
   out.add("guards.shank.clearance_mm", plan.shank.clearance);
   out.add("guards.shank.reaction", word(kReactionWords, plan.shank.reaction));
   if (!plan.cutter.holder.empty()) {
@@ -128,6 +130,7 @@ void describe_path(Description& out, const pathgen::PlanOptions& plan, Angle axi
   }
   out.add("links.join_distance_mm", plan.links.join_distance);
   out.add("links.lead_radius_mm", plan.links.lead_radius);
+  out.add("links.rounds", static_cast<int>(plan.links.rounds));
   out.add("clearance_mm", plan.links.clearance);
   out.add("approach_mm", plan.links.approach);
 }
@@ -156,7 +159,7 @@ std::string describe(const Job& job) {
   describe_axis(out, plan);
   describe_pattern(out, plan.pattern, plan.axis.mode);
   describe_containment(out, job);
-  describe_path(out, plan, job.axis_tolerance, left_to_control(job) + job.tessellation);
+  describe_path(out, plan, job.axis_tolerance, job.calm, left_to_control(job) + job.tessellation);
   out.add("feeds.cut_mm_per_min", plan.cut_feed.mm_per_min());
   out.add("feeds.plunge_mm_per_min", plan.plunge_feed.mm_per_min());
   out.add("feeds.spindle_rpm", job.spindle_rpm);
@@ -164,10 +167,10 @@ std::string describe(const Job& job) {
   out.add("feeds.lowest_mm_per_min", job.feeds.lowest.mm_per_min());
   out.add("feeds.load_percent", 100.0 * job.feeds.load);
   out.add("feeds.change_percent_per_mm", 100.0 * job.feeds.change);
+  if (job.feeds.largest_chip > 0.0) out.add("cutter.largest_chip_mm_per_min", tidy(job.feeds.largest_chip));
   describe_program_data(out, job.program);
   out.add("setup.part_zero_mm", job.setup.part_zero);
   for (std::size_t row = 0; row < 3; ++row)
-  if (job.feeds.largest_chip > 0.0) out.add("cutter.largest_chip_mm_per_min", tidy(job.feeds.largest_chip));
     out.add("setup.fixture_row_" + std::to_string(row + 1), job.setup.fixture.rows[row]);
   out.add("setup.tilt_max_deg", plan.tilt_max);
   out.add("setup.tool_length_mm", job.setup.tool_length);

@@ -68,6 +68,8 @@ void read_feeds(const Section& root, const CutterChoice& choice, Job& job);
 void read_path(const Section& root, pathgen::PlanOptions& plan);
 /// points.axis_tolerance_deg. Requires: plan.cutter, plan.axis.
 Angle read_axis_tolerance(const Section& root, const pathgen::PlanOptions& plan);
+/// points.calm_deg. Requires: as it, and plan.shank, plan.holder.
+Angle read_calm(const Section& root, const pathgen::PlanOptions& plan);
 /// Also plan.up and plan.tilt_max. Requires: plan.cutter.
 Setup read_setup(const Section& root, pathgen::PlanOptions& plan);
 

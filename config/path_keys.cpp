@@ -17,9 +17,11 @@ constexpr Range kHeightOverPart = above(0.0, 1000.0);  // mm
 constexpr Range kGuard{0.0, 100.0};                    // mm
 constexpr Range kLinkLength{0.0, 1000.0};              // mm
 constexpr Range kLeadRadius{0.0, 100.0};               // mm
-constexpr double kMaxPointDistance = 1000.0;           // mm
-constexpr double kMaxPointTurn = 90.0;                 // degrees
-constexpr Range kAxisTolerance{0.0, 10.0};             // degrees
+constexpr int kMostRounds = 1000;
+constexpr double kMaxPointDistance = 1000.0;  // mm
+constexpr double kMaxPointTurn = 90.0;        // degrees
+constexpr Range kAxisTolerance{0.0, 10.0};    // degrees
+constexpr Range kCalm{0.0, 30.0};             // degrees
 /// Closer points than these, mm and degrees, are more than a control can read and a drive can follow.
 constexpr double kLeastPointStep = 0.001;
 
@@ -52,8 +54,8 @@ double read_point_step(const Section& points, const char* key, double max, doubl
 }
 
 Section points_of(const Section& root) {
-  return root.optional_section("points",
-                               {"max_distance_mm", "max_angle_deg", "smoothing_mm", "axis_tolerance_deg"});
+  return root.optional_section(
+      "points", {"max_distance_mm", "max_angle_deg", "smoothing_mm", "axis_tolerance_deg", "calm_deg"});
 }
 
 void read_points(const Section& root, pathgen::PlanOptions& plan) {
@@ -140,7 +142,7 @@ void read_links(const Section& root, pathgen::PlanOptions& plan) {
     root.complain("approach_mm", exact_text(links.approach) + " mm is over clearance_mm, " +
                                      exact_text(links.clearance) +
                                      " mm; the approach is the last part of the way down from there");
-  const Section section = root.optional_section("links", {"join_distance_mm", "lead_radius_mm"});
+  const Section section = root.optional_section("links", {"join_distance_mm", "lead_radius_mm", "rounds"});
   links.join_distance = section.number("join_distance_mm", kLinkLength, near_passes(plan));
   if (plan.pattern.kind == pathgen::PatternKind::kRough && links.join_distance > 0.0)
     section.complain("join_distance_mm",
@@ -151,6 +153,9 @@ void read_links(const Section& root, pathgen::PlanOptions& plan) {
         "lead_radius_mm",
         "is not used in the axis mode free, which goes straight down the tool axis to every pass; "
         "expected 0");
+  links.rounds = static_cast<std::uint32_t>(section.integer("rounds", 0, kMostRounds, 0));
+  if (plan.axis.mode == pathgen::AxisMode::kFree && links.rounds > 0)
+    section.complain("rounds", "is not used in the axis mode free, which has no rows; expected 0");
 }
 
 }  // namespace
@@ -171,6 +176,31 @@ Angle read_axis_tolerance(const Section& root, const pathgen::PlanOptions& plan)
         "axis_tolerance_deg",
         "the stock of stock.radial_mm and stock.axial_mm lies along and square to the tool axis, and "
         "a tool that leans cuts into it; expected 0, or the stock as allowance_mm");
+  return Angle::from_degrees(degrees);
+}
+
+Angle read_calm(const Section& root, const pathgen::PlanOptions& plan) {
+  const Section points = points_of(root);
+  const double degrees = points.number("calm_deg", kCalm, 0.0);
+  if (degrees <= 0.0) return {};
+  if (plan.axis.mode == pathgen::AxisMode::kFixed || plan.axis.mode == pathgen::AxisMode::kIndexed)
+    points.complain("calm_deg", "is not used where the axis stands while cutting; expected 0");
+  if (plan.cutter.type != pathgen::CutterType::kBall)
+    points.complain("calm_deg",
+                    "a cutter that leans touches elsewhere unless it is a ball; expected 0, or the cutter "
+                    "type ball");
+  if (plan.radial_stock > 0.0 || plan.axial_stock > 0.0)
+    points.complain("calm_deg",
+                    "the stock of stock.radial_mm and stock.axial_mm lies along and square to the tool axis, "
+                    "and a tool that leans cuts into it; expected 0, or the stock as allowance_mm");
+  if (points.number("axis_tolerance_deg", kAxisTolerance, 0.0) > 0.0)
+    points.complain(
+        "calm_deg",
+        "axis_tolerance_deg lets the axis lean near the pole already; expected 0 for one of them");
+  if (pathgen::may_lean(plan))
+    points.complain(
+        "calm_deg",
+        "a guard with the reaction tilt says how the tool leans; expected 0, or another reaction");
   return Angle::from_degrees(degrees);
 }
 

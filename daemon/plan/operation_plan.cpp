@@ -8,6 +8,7 @@
 #include "config/fixture_meshes.h"
 #include "config/part_faces.h"
 #include "daemon/plan/moves_at_speeds.h"
+#include "daemon/post/calm_rotaries.h"
 #include "daemon/post/end_ways.h"
 #include "daemon/post/near_singularity.h"
 #include "daemon/post/part_extent.h"
@@ -26,7 +27,8 @@ namespace {
 JointPathOptions joint_options(config::Job& job, const pathgen::Mesh& part) {
   const ToleranceBudget budget(job.plan.tolerance);
   JointPathOptions options;
-  options.tolerance = job.axis_tolerance.radians() > 0.0 ? budget.joints_beside_pole() : budget.joints();
+  const bool leans = job.axis_tolerance.radians() > 0.0 || job.calm.radians() > 0.0;
+  options.tolerance = leans ? budget.joints_beside_pole() : budget.joints();
   options.reach = job.plan.cutter.shank_length;
   // What the axis may lean moves the shank's end by no more than the tip may stray; under TCP the words do so
   // once more.
@@ -120,6 +122,7 @@ Result<void> OperationPlan::find_joints() {
   if (joints_known_) return {};
   take_end_ways();
   take_links();
+  if (!calm_) calm_ = clock_.time("calm", [&] { return calm_rotaries(job_, *part_, planned_.path); });
   if (!bend_) bend_ = clock_.time("pole", [&] { return bend_near_singularity(job_, *part_, planned_.path); });
   put_links();
   const pathgen::Mesh& held = held_ ? *held_ : part_->mesh;

@@ -15,6 +15,7 @@
 #include "daemon/plan/swing_choice.h"
 #include "daemon/post/block.h"
 #include "kinematics/basics/result.h"
+#include "kinematics/joints/calm_axes.h"
 #include "kinematics/joints/joint_path.h"
 #include "kinematics/joints/singularity_bend.h"
 #include "kinematics/timing/lower_bounds.h"
@@ -112,6 +113,13 @@ class OperationPlan {
   }
   void warn(const std::string& text) { planned_.report.warnings.push_back(text); }
   const SingularityBendReport& bend() const { return *bend_; }
+  const CalmReport& calm() const { return *calm_; }
+  /// Its passes are those of `other`, which knows what they leave before the axis leans.
+  void leaves_as(const OperationPlan& other) {
+    planned_.report.uncut = other.planned_.report.uncut;
+    planned_.report.between = other.planned_.report.between;
+    planned_.report.warnings = other.planned_.report.warnings;
+  }
   const JointPath& joints() const { return joints_; }
   const std::optional<StartTurn>& turn() const { return turn_; }
   const Timing& timing() const { return timing_; }
@@ -152,6 +160,7 @@ class OperationPlan {
     double length = 0.0;  ///< mm
   };
   EndWays ends_;  ///< of planned_.path, in it
+  std::optional<CalmReport> calm_;
   std::optional<SingularityBendReport> bend_;
   std::optional<ToolPath> base_;             ///< planned_.path before with_links()
   std::vector<std::size_t> links_, swings_;  ///< of its links

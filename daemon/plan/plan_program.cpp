@@ -243,9 +243,11 @@ Result<void> Planning::shorten_operations() {
     };
     Shortened found = shorten(*one, once);
     if (!told_.show("shortest time", 1.0)) return fail(Code::kCancelled, "cancelled; nothing was written");
-    shortened_.push_back({one->timing().seconds, found.tried, {}, {}, 0.0});
+    shortened_.push_back({one->timing().seconds, found.tried, {}, {}, 0.0, {}, 0});
     if (found.plan) {
       shortened_.back().join_distance = found.plan->job().plan.links.join_distance;
+      if (one->job().plan.links.rounds == 0) shortened_.back().rounds = found.plan->job().plan.links.rounds;
+      if (one->job().calm.radians() == 0.0) shortened_.back().calm = found.plan->job().calm;
       const pathgen::AxisFrame &before = one->job().plan.axis, &now = found.plan->job().plan.axis;
       if (now.n != before.n || now.t != before.t) shortened_.back().frame = now;
       shortened_.back().pattern = found.plan->job().plan.pattern;

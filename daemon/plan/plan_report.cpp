@@ -129,6 +129,7 @@ void add_path(nlohmann::ordered_json& json, const OperationPlan& one) {
   json["points"] = plan.points;
   json["retracts"] = plan.retracts;
   json["joins"] = plan.joins;
+  json["closed_rows"] = plan.closed_rows;
   json["cut_length_mm"] = plan.cut_length;
   json["rapid_length_mm"] = plan.rapid_length;
   if (plan.ridge > 0.0) json["ridge_allowed_mm"] = plan.ridge;
@@ -169,6 +170,10 @@ void add_joints(nlohmann::ordered_json& json, const OperationPlan& one) {
                          {"points", bend.points},
                          {"largest_deg", bend.largest.degrees()},
                          {"refused_pieces", bend.refused}};
+  if (one.job().calm.radians() > 0.0)
+    json["calm"] = {{"points", one.calm().points},
+                    {"largest_deg", one.calm().largest.degrees()},
+                    {"narrowed_moves", one.calm().refused}};
   json["rotary_turns"] = rotary_turns(joints);
   json["start_height_mm"] = nullptr;
   if (one.turn()) json["start_height_mm"] = one.turn()->height;
@@ -210,6 +215,8 @@ nlohmann::ordered_json shortened_json(const PlanOutcome& o) {
     if (one.pattern && one.pattern->measure == pathgen::StepMeasure::kRidge)
       json["measure"] = "ridge", json["scallop_mm"] = one.pattern->scallop,
       json["join_distance_mm"] = one.join_distance;
+    if (one.rounds > 0) json["rounds"] = one.rounds;
+    if (one.calm.radians() > 0.0) json["calm_deg"] = one.calm.degrees();
     all.push_back(std::move(json));
   }
   return all;
@@ -405,6 +412,9 @@ std::string path_text(const OperationPlan& one) {
         "exact, "
         "as the tool is not clear there\n",
         bend.largest.degrees(), bend.points, bend.stretches, bend.refused);
+  if (one.calm().points > 0)
+    text += formatted("for even turns the axis leans by up to %.2f degrees at %zu points\n",
+                      one.calm().largest.degrees(), one.calm().points);
   return text;
 }
 

@@ -34,6 +34,17 @@ constexpr std::size_t kWholePlans = 3;
 constexpr double kLittleWalls = 1.1;
 /// The job's own rows are given ridges where the best even ones are not so many times as quick.
 constexpr double kNearlyAsQuick = 1.25;
+/// Closed rows are joined without turning back where that saves this share of the time, about. Where a little
+/// more is left, up to this, lower ridges are tried.
+constexpr double kWorthGoingOn = 0.03, kLittleMore = 1.1;
+/// A lower ridge leaves the more, and this share of it besides.
+constexpr double kSurelyLower = 0.99;
+/// Turns of the table that are kept free at either end of its way.
+constexpr double kSpareTurns = 1.0;
+constexpr double kMostRounds = 1000.0;  // as a job may state
+/// Axes are calmed where they cost this share of the time.
+constexpr double kWorthCalming = 0.02;
+constexpr double kMostCalmDegrees = 30.0;  // as a job may state
 /// Of rows that go round the table's axis already (sine of the angle between).
 constexpr double kRoundTable = 0.02;
 
@@ -79,11 +90,14 @@ bool has_ridges(const config::Job& job) {
 struct RowsTried {
   pathgen::AxisFrame axis;
   pathgen::Pattern pattern;
+  std::uint32_t rounds = 0;  ///< of LinkingOptions
+  Angle calm;                ///< of the job
 };
 
 /// The job with it.
 config::Job job_with(config::Job job, const RowsTried& variant) {
   job.plan.axis = variant.axis, job.plan.pattern = variant.pattern;
+  job.plan.links.rounds = variant.rounds, job.calm = variant.calm;
   double& join = job.plan.links.join_distance;
   if (variant.pattern.measure == StepMeasure::kRidge && join > 0.0)
     join = std::max(kWiderRows * join, kJoinSeconds * job.plan.cut_feed.mm_per_s());
@@ -101,7 +115,7 @@ class Search {
       : own_(own),
         plan_(plan),
         left_(left_by(own)),
-        stated_{own.job().plan.axis, own.job().plan.pattern},
+        stated_{own.job().plan.axis, own.job().plan.pattern, own.job().plan.links.rounds, own.job().calm},
         best_rows_(stated_),
         fewer_(fewer(own.plan_report())),
         seconds_(own.timing().seconds) {}
@@ -115,6 +129,8 @@ class Search {
         try_directions();
     }
     if (has_ridges(own_.job())) try_ridges();
+    if (stated_.rounds == 0) try_rounds();
+    if (may_calm()) try_calm();
     return {std::move(best_), tried_};
   }
 
@@ -130,6 +146,7 @@ class Search {
     double ridge = 0.0;
     bool no_area = false;       ///< only at the worst place more is left
     bool little_walls = false;  ///< only of walls more is left, and not much
+    double more = 1.0;          ///< so many times as much is left at the worst place
   };
 
   /// Takes the plan of this variant where it is quicker and leaves no more. Something where it is quicker and
@@ -143,7 +160,8 @@ class Search {
                others = within(left->over, left_->over) && within(left->uncut, left_->uncut);
     if (!most || !walls || !others)
       return Refused{plan->plan_report().ridge, walls && others,
-                     most && others && within(left->walls, kLittleWalls * left_->walls)};
+                     most && others && within(left->walls, kLittleWalls * left_->walls),
+                     left->most / left_->most};
     seconds_ = plan->timing().seconds, best_ = std::move(plan), best_rows_ = variant;
     return std::nullopt;
   }
@@ -225,10 +243,49 @@ class Search {
     }
   }
 
+  /// Rows that are closed, without turning back at each.
+  void try_rounds() {
+    const OperationPlan& plan = best_ ? *best_ : own_;
+    RowsTried variant = best_rows_;
+    variant.rounds = rounds_of(own_.job().machine.model);
+    // The table brakes and speeds up again at each: from its mean speed, if it turned all the time.
+    const RotaryAxis& table = own_.job().machine.model.rotary;
+    const auto rows = static_cast<double>(plan.plan_report().closed_rows);
+    const double speed = std::min(table.velocity / 60.0, 360.0 * rows / seconds_);
+    if (variant.rounds < 2 || rows * speed / table.acceleration < kWorthGoingOn * seconds_) return;
+    const std::optional<Refused> refused = attempt(variant);
+    if (!refused || refused->more > kLittleMore || variant.pattern.measure != StepMeasure::kRidge) return;
+    variant.pattern.scallop =
+        kSurelyLower * std::min(variant.pattern.scallop, refused->ridge) / std::max(1.0, refused->more);
+    attempt(variant);
+  }
+
+  /// The job lets the axis lean, and nothing but a ball touches.
+  bool may_calm() const {
+    const pathgen::PlanOptions& plan = own_.job().plan;
+    return stated_.calm.radians() == 0.0 && own_.job().axis_tolerance.radians() == 0.0 &&
+           plan.lean.limit.radians() > 0.0 && !pathgen::may_lean(plan) &&
+           plan.axis.mode != pathgen::AxisMode::kFixed && plan.cutter.type == pathgen::CutterType::kBall &&
+           plan.radial_stock == 0.0 && plan.axial_stock == 0.0;
+  }
+
+  /// The best plan's axes, turning evenly. Its ball keeps to the same way.
+  void try_calm() {
+    const OperationPlan& like = best_ ? *best_ : own_;
+    const TimeByMotion motion = like.by_motion();
+    if (motion.slow_axes + motion.accelerations < kWorthCalming * seconds_) return;
+    RowsTried variant = best_rows_;
+    variant.calm = Angle::from_degrees(std::min(own_.job().plan.lean.limit.degrees(), kMostCalmDegrees));
+    std::unique_ptr<OperationPlan> plan = planned(job_with(own_.job(), variant), false);
+    if (!plan || plan->timing().seconds >= seconds_) return;
+    plan->leaves_as(like);
+    seconds_ = plan->timing().seconds, best_ = std::move(plan), best_rows_ = variant;
+  }
+
   std::optional<RowsTried> round_the_table() const {
     const auto frame = round_table(own_.job().plan);
     if (!frame) return std::nullopt;
-    RowsTried variant{*frame, stated_.pattern};
+    RowsTried variant{*frame, stated_.pattern, 0, {}};
     variant.pattern.along = pathgen::Along::kX, variant.pattern.angle = {};
     return variant;
   }
@@ -273,6 +330,11 @@ std::optional<pathgen::AxisFrame> round_table(const pathgen::PlanOptions& plan) 
   frame.t = normalized(length(t) >= length(n) ? t : n) + Vec3{};
   frame.n = normalized(cross(frame.t, pole * s)) + Vec3{};
   return frame;
+}
+
+std::uint32_t rounds_of(const MachineModel& machine) {
+  const double turns = (machine.rotary.max - machine.rotary.min) / 360.0;
+  return static_cast<std::uint32_t>(std::clamp(std::floor(turns / 2.0 - kSpareTurns), 0.0, kMostRounds));
 }
 
 Shortened shorten(const OperationPlan& own, const PlanOnce& plan) { return Search(own, plan).run(); }

@@ -24,11 +24,16 @@ struct Shortened {
 /// another mode, where rows go round it already, and where the job bounds the frame's angles.
 std::optional<pathgen::AxisFrame> round_table(const pathgen::PlanOptions& plan);
 
+/// So many closed rows the same way round keep the rotary within its limits, begun anywhere near the middle
+/// between them: LinkingOptions::rounds. 0: it has no turns to spare.
+std::uint32_t rounds_of(const MachineModel& machine);
+
 /// `own`: the job as it is, planned with what it leaves. Tries other directions of the passes, of raster,
 /// split and rough. Evenly spaced rows are planned with a quarter of them first, and only the quickest whole.
 /// Evenly spaced rows of a ball may also go as far apart as the largest ridge of its own allows
 /// (StepMeasure::kRidge), in the best direction and its own. Each plan is like the job's own but for that;
-/// rows further apart are joined over twice the distance. Properties: 1 What is taken leaves no more
+/// rows further apart are joined over twice the distance. Where many of the best plan's rows are closed they
+/// are then joined without turning back, too. Properties: 1 What is taken leaves no more
 /// between passes, no more of the surface over the limit, no more of walls, and no more uncut, than `own`
 /// does (kSameRest). 2 It takes less time. 3 At most kMostTried plans are tried. 4 The same job gives the
 /// same.

@@ -25,6 +25,8 @@ std::string shortened_text(const std::vector<const OperationPlan*>& operations,
     if (one.pattern->measure == pathgen::StepMeasure::kRidge)
       text += formatted(", measure: ridge, scallop_mm: %.6g, links.join_distance_mm: %.6g",
                         one.pattern->scallop, one.join_distance);
+    if (one.calm.radians() > 0.0) text += formatted(", points.calm_deg: %.6g", one.calm.degrees());
+    if (one.rounds > 0) text += formatted(", links.rounds: %u", one.rounds);
     if (one.frame) {
       const Vec3 &t = one.frame->t, &n = one.frame->n;
       text += formatted(", along: x; axis.t: [%.15g, %.15g, %.15g], axis.n: [%.15g, %.15g, %.15g]", t.x, t.y,

@@ -16,6 +16,8 @@ struct ShortenedOperation {
   std::optional<pathgen::Pattern> pattern;  ///< that is quicker; nothing: none
   std::optional<pathgen::AxisFrame> frame;  ///< with it, where that is another
   double join_distance = 0.0;               ///< with measure ridge, mm
+  Angle calm;                               ///< with it, where the axis leans for even turns
+  std::uint32_t rounds = 0;                 ///< with it, where closed rows are joined without turning back
 };
 
 /// By how much each operation was shortened, and by which keys; a line each. Empty where none was to be.

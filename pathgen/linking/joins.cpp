@@ -117,4 +117,20 @@ std::optional<Pass> Joins::between(const End& from, const End& to) {
   return std::nullopt;
 }
 
+std::optional<Pass> Joins::round(const EnvelopePoint& a, const Pass& to) {
+  EnvelopePoint b = to.front();
+  if (distance(a.centre, b.centre) > options_.join_distance) return std::nullopt;
+  const Deformation& map = field_.deformation;
+  const Vec3 turn = to.back().flat - to.front().flat;
+  b.flat = Point<Flat>{short_way(a.flat.x, b.flat.x, map.period_x()),
+                       short_way(a.flat.y, b.flat.y, map.period_y()), b.flat.z} +
+           turn;
+  std::optional<Pass> pass = along(a, b, {a.flat, b.flat});
+  if (!pass || !may_cut(*pass)) return std::nullopt;
+  for (std::size_t i = 1; options_.straight && i < pass->size(); ++i)
+    if (!options_.straight((*pass)[i - 1], (*pass)[i])) return std::nullopt;
+  *pass = thinned(*pass, options_.thinning, envelope_.options());
+  return Pass(pass->begin() + 1, pass->end() - 1);
+}
+
 }  // namespace tiltfeed::pathgen

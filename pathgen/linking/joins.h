@@ -28,6 +28,9 @@ class Joins {
   /// join_distance, the envelope has a gap there, a point may not be cut or is blocked on the opposite wall,
   /// or going up and over is quicker.
   std::optional<Pass> between(const End& a, const End& b);
+  /// The points between a and the first point of the closed row `to` a turn on, thinned, both left out: along
+  /// the straight flat line. Nothing as above, but for the time.
+  std::optional<Pass> round(const EnvelopePoint& a, const Pass& to);
 
  private:
   double time_over(const EnvelopePoint& a, const EnvelopePoint& b) const;

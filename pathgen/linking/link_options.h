@@ -57,6 +57,9 @@ struct Linking {
   Vec3 up{0, 0, 1};        ///< the table's axis in part directions, unit
   Angle tilt_max = Angle::from_degrees(180.0);  ///< largest angle of the tool axis to `up`
   PassOrder order = PassOrder::kRegions;
+  /// Closed rows that follow each other are cut so many the same way round, each begun where the one before
+  /// ends, before it goes back; one way it never does. 0 and 1: each begins where it lies.
+  std::uint32_t rounds = 0;
   /// Are shank and holder known at this place, that is, not lower than passes come? Asked on the way of joins
   /// and leads. Empty: everywhere.
   std::function<bool(Point<Flat>)> known{};
@@ -80,6 +83,7 @@ struct Linked {
   std::uint64_t tilted_passes = 0;   ///< to which every clear way tilts the axis further than tilt_max
   std::uint64_t retracts = 0;        ///< to the clearance surface, the last one included
   std::uint64_t joins = 0;           ///< passes that start where a join on the envelope ends
+  std::uint64_t closed_rows = 0;     ///< passes that go all the way round
   std::uint64_t leads = 0;           ///< arcs
   std::uint64_t straight_ends = 0;   ///< ends that were to have an arc but had no room for it
   double air_length = 0.0;           ///< of the tip over rapid and plunge moves, mm

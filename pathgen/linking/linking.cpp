@@ -7,6 +7,7 @@
 
 #include "pathgen/envelope/heights.h"
 #include "pathgen/linking/approach.h"
+#include "pathgen/linking/closed_row.h"
 #include "pathgen/linking/joins.h"
 #include "pathgen/linking/leads.h"
 #include "pathgen/linking/link_order.h"
@@ -70,14 +71,26 @@ class Linker {
   Linked run(const Order& order, const std::vector<std::vector<Pass>>& slices, const ReportShare& report) {
     linked_ = {};
     down_.reset();
+    chain_.reset(), pending_.clear(), wound_ = 0;
+    turned_ = false;
     std::size_t points = 0;
-    for (const Travelled& t : order) points += slices[t.slice][t.pass].size() + kMovesPerLink;
+    for (const Travelled& t : order) {
+      const Pass& pass = slices[t.slice][t.pass];
+      points += pass.size() + kMovesPerLink;
+      if (goes_round(pass)) ++linked_.closed_rows;
+    }
+    rings_left_ = static_cast<int>(linked_.closed_rows);
     reserve_side_by_side(linked_.moves, points);
     Watch watch(report, order.size());
     for (const Travelled& t : order) {
       if (!watch.next()) break;
-      add({slices[t.slice][t.pass], t.reversed});
+      const Pass& pass = slices[t.slice][t.pass];
+      if (is_round(pass)) --rings_left_;
+      if (go_on(pass)) continue;
+      finish_ring();
+      add({pass, sense(pass, t.reversed)});
     }
+    finish_ring();
     if (down_) retract();
     return std::move(linked_);
   }
@@ -112,6 +125,67 @@ class Linker {
     for (std::size_t i = 1; i < pass.size(); ++i) cut(pass[i]);
     const EnvelopePoint& end = pass[pass.size() - 1];
     down_ = Down{{end, pass[pass.size() < 2 ? 0 : pass.size() - 2]}, &end};
+    if (chain_) wound_ += *chain_ ? -1 : 1;
+  }
+
+  bool is_round(const Pass& pass) const {
+    return options_.rounds > 1 && options_.leaned == nullptr && goes_round(pass);
+  }
+
+  /// (L9) From a closed row to the next without turning back, a turn long. That is cut as a row of its own
+  /// only where the way does not go on from there likewise.
+  bool go_on(const Pass& pass) {
+    if (!down_ || !chain_ || !is_round(pass)) return false;
+    const int sense = *chain_ ? -1 : 1;
+    const bool zigzag = options_.direction == Direction::kZigzag;
+    const int most = static_cast<int>(options_.rounds), out = wound_ * sense;
+    if (!zigzag || (out + 2 <= most && out <= rings_left_)) {
+      const Pass row = begun_near(pass, *chain_, down_->at.point.centre);
+      if (const auto turn = joins_.round(down_->at.point, row)) {
+        for (const EnvelopePoint& p : *turn) cut(p);
+        cut(row[0]);
+        ++linked_.joins;
+        stand_at_end_of(row);
+        pending_ = row;
+        return true;
+      }
+    }
+    finish_ring();
+    const bool reversed = *chain_ != zigzag;
+    const Pass row = begun_near(pass, reversed, down_->at.point.centre);
+    if (!cut_join(joins_.between(down_->at, {row[0], row[1]}), row[0])) return false;
+    chain_ = reversed;
+    cut_ring(row);
+    return true;
+  }
+
+  void cut_ring(const Pass& row) {
+    for (std::size_t i = 1; i < row.size(); ++i) cut(row[i]);
+    stand_at_end_of(row);
+  }
+  /// Of a closed row, which is where it begins.
+  void stand_at_end_of(const Pass& row) {
+    wound_ += *chain_ ? -1 : 1;
+    down_ = Down{{row.front(), row[row.size() - 2]}, nullptr};
+  }
+  /// The row to which the way has gone on.
+  void finish_ring() {
+    if (pending_.empty()) return;
+    cut_ring(pending_);
+    pending_.clear();
+  }
+
+  /// Whether a pass is travelled backwards that an order wants so: behind closed rows that went on, the next
+  /// begins at its nearer end.
+  bool sense(const Pass& pass, bool reversed) {
+    if (chain_ && down_ && options_.direction == Direction::kZigzag) {
+      const Point<Part> at = down_->at.point.centre;
+      turned_ = reversed != (distance(at, pass.back().centre) < distance(at, pass.front().centre));
+    }
+    reversed = reversed != turned_;
+    chain_.reset();
+    if (is_round(pass)) chain_ = reversed;
+    return reversed;
   }
 
   /// Is what of the tool is beyond the column in the blank, there or on the way up?
@@ -123,12 +197,18 @@ class Linker {
   /// (L5)
   bool join(const Directed& pass) {
     if (!down_ || options_.join_distance <= 0.0) return false;
+    if (down_->end == nullptr)
+      return cut_join(join_to({pass[0], pass[std::min<std::size_t>(1, pass.size() - 1)]}), pass[0]);
     const auto [known, unknown] = joined_.try_emplace({down_->end, &pass[0]});
     std::optional<Pass>& between = known->second;
     if (unknown) between = join_to({pass[0], pass[std::min<std::size_t>(1, pass.size() - 1)]});
+    return cut_join(between, pass[0]);
+  }
+
+  bool cut_join(const std::optional<Pass>& between, const EnvelopePoint& to) {
     if (!between) return false;
     for (const EnvelopePoint& p : *between) cut(p);
-    cut(pass[0]);
+    cut(to);
     ++linked_.joins;
     return true;
   }
@@ -253,9 +333,14 @@ class Linker {
   Approaches approaches_;
   struct Down {
     Joins::End at;
-    const EnvelopePoint* end;  ///< of the pass
+    const EnvelopePoint* end;  ///< of the pass; null: of one that is not kept
   };
-  std::optional<Down> down_;  ///< where a pass ended, while the tool is there
+  std::optional<Down> down_;   ///< where a pass ended, while the tool is there
+  std::optional<bool> chain_;  ///< the last pass is a closed row; whether it is travelled backwards
+  Pass pending_;               ///< closed row at which the tool stands, not cut as such yet
+  int rings_left_ = 0;         ///< closed rows that are still to be cut
+  int wound_ = 0;              ///< turns of closed rows, forwards less backwards
+  bool turned_ = false;        ///< passes that are not closed are travelled the other way than the order says
   /// From end to start; orders of the same passes share most.
   std::map<std::pair<const EnvelopePoint*, const EnvelopePoint*>, std::optional<Pass>> joined_;
   Point<Flat> at_;  ///< while it is on the clearance surface

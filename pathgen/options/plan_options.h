@@ -106,6 +106,9 @@ struct LinkingOptions {
   double approach = 0.0;       ///< the last part of an approach, travelled at plunge feed, mm
   double join_distance = 0.0;  ///< passes whose ends are at most this far apart are joined on the surface, mm
   double lead_radius = 0.0;  ///< of tangential arcs into and out of each pass, mm; 0: straight down the axis
+  /// Closed rows that are cut the same way round, one after the other without a stop, before the next goes
+  /// back; 0: each begins where it lies.
+  std::uint32_t rounds = 0;
   RapidRates rapid{};
 };
 

@@ -99,6 +99,7 @@ struct PlanReport {
   std::uint64_t points = 0;                     ///< cutting moves of the path
   std::uint64_t retracts = 0;                   ///< to the clearance surface, the last one included
   std::uint64_t joins = 0;                      ///< passes begun from the one before, on the surface
+  std::uint64_t closed_rows = 0;                ///< of these, rows that go all the way round
   double cut_length = 0.0, rapid_length = 0.0;  ///< of the tip, mm
   double pattern_length = 0.0;                  ///< of the passes before places were left out, mm
   double ridge = 0.0;                           ///< with StepMeasure::kRidge what is allowed between rows, mm

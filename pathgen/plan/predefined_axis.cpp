@@ -331,6 +331,7 @@ class Planner {
                         .order = as_given_                                         ? PassOrder::kGiven
                                  : options_.pattern.measure == StepMeasure::kRidge ? PassOrder::kTimed
                                                                                    : PassOrder::kRegions,
+                        .rounds = as_given_ ? 0 : options_.links.rounds,
                         .known =
                             [this](Point<Flat> place) {
                               return (!depth_ || depth_->knows(place)) && (!lean_ || lean_->knows(place));
@@ -369,6 +370,7 @@ class Planner {
                                  " ends of passes have no room for an arc of links.lead_radius_mm: straight "
                                  "there");
     report_.retracts = linked.retracts, report_.joins = linked.joins;
+    report_.closed_rows = linked.closed_rows;
     path_.moves = std::move(linked.moves);
     return {};
   }

@@ -1,13 +1,14 @@
 #!/usr/bin/python3
 """What `plan --optimise time` gives, part by part: a table for tests/bench/README.md.
 
-less_motion.py BIN_FOLDER WORK_FOLDER MODELS_FOLDER [PART...]
+less_motion.py BIN_FOLDER WORK_FOLDER MODELS_FOLDER [--lean DEGREES] [PART...]
 
-Jobs of config/jobs and tests/jobs as they are, on their machine.
+Jobs of config/jobs and tests/jobs as they are, on their machine. With --lean they let the tool axis lean by so much, too.
 """
 
 import json
 import os
+import re
 import statistics
 import subprocess
 import sys
@@ -28,9 +29,23 @@ def run(binaries, *words):
     return json.loads(done.stdout)
 
 
+def leaning(job, degrees, work):
+    """The job with leave to lean, in the work folder."""
+    with open(job, encoding="utf-8") as file:
+        text = file.read()
+    text = re.sub(r"^axis:\n", f"axis:\n  lean_limit_deg: {degrees}\n", text, flags=re.MULTILINE)
+    text = re.sub(r"^machine: *", f"machine: {os.path.dirname(job)}/", text, flags=re.MULTILINE)
+    with open(f"{work}/{os.path.basename(job)}", "w", encoding="utf-8") as file:
+        file.write(text)
+    return f"{work}/{os.path.basename(job)}"
+
+
 def main():
     binaries, work, models = (os.path.abspath(p) for p in sys.argv[1:4])
-    wanted = sys.argv[4:] or FORMULA + PUBLIC
+    more, lean = sys.argv[4:], None
+    if more[:1] == ["--lean"]:
+        lean, more = more[1], more[2:]
+    wanted = more or FORMULA + PUBLIC
     os.makedirs(work, exist_ok=True)
     saved, motions = [], []
     print("| part | min | of that, path at feed | min after | less | keys | ridge | left 50 %, 95 % | verify | planning |")
@@ -42,6 +57,8 @@ def main():
             stl, job = f"{work}/{name}.stl", f"{ROOT}/config/jobs/{name}.yaml"
             if not os.path.exists(stl):
                 subprocess.run([f"{binaries}/tiltfeed-sim", "part", name, "--out", stl], check=True, capture_output=True)
+        if lean:
+            job = leaning(job, lean, work)
         told, judged = [], []
         for more in ((), ("--optimise", "time")):
             out = f"{work}/{name}{len(more)}.nc"
@@ -51,7 +68,7 @@ def main():
         saved.append(1 - after / before)
         motions.append((name, *(one["time_by_motion"] for one in told)))
         how = told[1]["shortest_time"][0]
-        keys = [f"{key} {how[key]:.4g}" for key in ("angle_deg", "scallop_mm") if how.get(key) is not None]
+        keys = [f"{key} {how[key]:.4g}" for key in ("angle_deg", "scallop_mm", "rounds", "calm_deg") if how.get(key) is not None]
         if "n" in how:
             keys.insert(0, "n [" + ", ".join(f"{value:.4g}" for value in how["n"]) + "]")
         processor = [one["cpu_seconds"] for one in told]

@@ -195,6 +195,16 @@ TEST(JobOptions, ReadsStockPointsGuardsAndLinks) {
                 kJobPath);
   ASSERT_TRUE(leaning) << leaning.error().message;
   EXPECT_EQ(leaning->axis_tolerance, Angle::from_degrees(2.0));
+  EXPECT_EQ(leaning->calm, Angle{});
+  const auto calm =
+      parse_job(replaced(replaced(no_stock, "type: bull_nose\n  diameter_mm: 10\n  corner_radius_mm: 2",
+                                  "type: ball\n  diameter_mm: 10"),
+                         "smoothing_mm: 0.6", "calm_deg: 3"),
+                kJobPath);
+  ASSERT_TRUE(calm) << calm.error().message;
+  EXPECT_EQ(calm->calm, Angle::from_degrees(3.0));
+  EXPECT_EQ(plan.links.rounds, 0u);
+  EXPECT_EQ(with_options("lead_radius_mm: 1.5", "rounds: 40").plan.links.rounds, 40u);
   EXPECT_EQ(plan.shank.clearance, 0.5);
   EXPECT_EQ(plan.shank.reaction, Reaction::kRetract);
   EXPECT_EQ(plan.holder.clearance, 2.0);
@@ -273,12 +283,14 @@ TEST(JobOptions, DescribesEveryOption) {
                            "points.max_angle_deg: 5\n",
                            "points.smoothing_mm: 0.6\n",
                            "points.axis_tolerance_deg: 0\n",
+                           "points.calm_deg: 0\n",
                            "guards.shank.clearance_mm: 0.5\n",
                            "guards.shank.reaction: retract\n",
                            "guards.holder.clearance_mm: 2\n",
                            "guards.holder.reaction: report\n",
                            "links.join_distance_mm: 4\n",
-                           "links.lead_radius_mm: 1.5\n"})
+                           "links.lead_radius_mm: 1.5\n",
+                           "links.rounds: 0\n"})
     EXPECT_TRUE(has_line(text, line)) << line << text;
   const std::string end = "type: bull_nose\n  diameter_mm: 10\n  corner_radius_mm: 2";
   EXPECT_TRUE(has_line(describe(with_options(end, "type: taper_ball\n  diameter_mm: 10\n  taper_deg: 7")),
