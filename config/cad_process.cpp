@@ -74,8 +74,8 @@ class CadRun {
     if (failed != 0)
       return fail(Code::kIo,
                   path_ + ": a STEP or IGES file, and " + words[0] + ": " + std::strerror(failed) +
-                      "; it reads these files and belongs beside tiltfeed: install it, or export the part "
-                      "as STL or 3MF");
+                      "; it reads these files: install the package tiltfeed-cad, or export the part as STL "
+                      "or 3MF");
     for (const int end : {out_.read, error_.read}) ::fcntl(end, F_SETFL, O_NONBLOCK);
     return {};
   }

@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
-# sbom.sh BUILD SOURCE VERSION PROGRAM...: what the programs are made of, as SPDX 2.3 in JSON on the standard output: the Debian
-# packages of the libraries that they link and of the headers that they were compiled with, and the npm packages of the page.
+# sbom.sh BUILD SOURCE VERSION PACKAGE PROGRAM...: what the programs of a package are made of, as SPDX 2.3 in JSON on the standard
+# output: the Debian packages of the libraries that they link and of the headers that they were compiled with, and the npm
+# packages of the pages that they hold.
 # Licences of Debian's packages are what their copyright files name, in Debian's words. The same packages give the same bytes.
 set -euo pipefail
 export LC_ALL=C
-readonly build=$1 source=$2 version=$3
-shift 3
+readonly build=$1 source=$2 version=$3 package=$4
+shift 4
 
 # owners: the Debian packages, architecture cut off, of the paths on the standard input. /lib is /usr/lib.
 owners() {
@@ -13,9 +14,13 @@ owners() {
     sed 's/: .*//; s/, /\n/g' | sed 's/:.*//' | sort -u || true
 }
 
-# headers: all that the product's objects depended on when they were compiled.
+# inputs PROGRAM...: all that ninja makes or reads for them, its own files as it names them.
+inputs() { ninja -C "$build" -t inputs "${@#"$build"/}"; }
+
+# headers PROGRAM...: all that their objects depended on when they were compiled.
 headers() {
-  ninja -C "$build" -t deps | awk '/^[^ ]/ { ours = !/^tests\// } ours && /^ +\// { print $1 }' | sort -u | xargs -r realpath -q
+  inputs "$@" | awk 'NR == FNR { wanted[$1]; next } /^[^ ]/ { ours = substr($1, 1, length($1) - 1) in wanted } ours && /^ +\// { print $1 }' \
+    - <(ninja -C "$build" -t deps) | sort -u | xargs -r realpath -q
 }
 
 # libraries PROGRAM...: what the loader opens for them.
@@ -46,24 +51,24 @@ npm() {
 }
 
 parts() {
-  local linked package
+  local linked part
   linked=$(libraries "$@" | owners)
-  for package in $linked; do debian "$package" DYNAMIC_LINK; done
-  for package in $(comm -13 <(echo "$linked") <(headers | owners)); do debian "$package" BUILD_DEPENDENCY_OF; done
-  [[ $* != *tiltfeed-desk* ]] || npm
+  for part in $linked; do debian "$part" DYNAMIC_LINK; done
+  for part in $(comm -13 <(echo "$linked") <(headers "$@" | owners)); do debian "$part" BUILD_DEPENDENCY_OF; done
+  if inputs "$@" | grep 'page/package-lock\.json$' >/dev/null; then npm; fi
 }
 
 date=$(git -C "$source" log -1 --format=%ct 2>/dev/null || stat -c %Y "$source/CHANGELOG.md")
 commit=$(git -C "$source" rev-parse HEAD 2>/dev/null || echo "$date")
-parts "$@" | awk -F'\t' -v version="$version" -v date="$(date -u -d "@$date" +%Y-%m-%dT%H:%M:%SZ)" -v commit="$commit" '
+parts "$@" | awk -F'\t' -v version="$version" -v package="$package" -v date="$(date -u -d "@$date" +%Y-%m-%dT%H:%M:%SZ)" -v commit="$commit" '
   function quoted(text) { gsub(/\\/, "\\\\", text); gsub(/"/, "\\\"", text); return "\"" text "\"" }
   function id(kind, name) { gsub(/[^A-Za-z0-9.]/, "-", name); return "SPDXRef-" kind "-" name }
   BEGIN {
-    print "{\"spdxVersion\":\"SPDX-2.3\",\"dataLicense\":\"CC0-1.0\",\"SPDXID\":\"SPDXRef-DOCUMENT\",\"name\":" quoted("tiltfeed-" version) ","
-    print "\"documentNamespace\":" quoted("https://tiltfeed.example/sbom/" version "/" commit) ","
+    print "{\"spdxVersion\":\"SPDX-2.3\",\"dataLicense\":\"CC0-1.0\",\"SPDXID\":\"SPDXRef-DOCUMENT\",\"name\":" quoted(package "-" version) ","
+    print "\"documentNamespace\":" quoted("https://tiltfeed.example/sbom/" package "/" version "/" commit) ","
     print "\"creationInfo\":{\"created\":" quoted(date) ",\"creators\":[\"Tool: tiltfeed-sbom\"]},"
     print "\"packages\":["
-    print "{\"name\":\"tiltfeed\",\"SPDXID\":\"SPDXRef-tiltfeed\",\"versionInfo\":" quoted(version) ",\"downloadLocation\":\"NOASSERTION\",\"filesAnalyzed\":false,\"licenseDeclared\":\"GPL-3.0-or-later\"}"
+    print "{\"name\":" quoted(package) ",\"SPDXID\":\"SPDXRef-tiltfeed\",\"versionInfo\":" quoted(version) ",\"downloadLocation\":\"NOASSERTION\",\"filesAnalyzed\":false,\"licenseDeclared\":\"GPL-3.0-or-later\"}"
     related = "{\"spdxElementId\":\"SPDXRef-DOCUMENT\",\"relationshipType\":\"DESCRIBES\",\"relatedSpdxElement\":\"SPDXRef-tiltfeed\"}"
   }
   {

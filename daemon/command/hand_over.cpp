@@ -20,7 +20,12 @@ Error hand_over(const std::string& program, const std::vector<std::string>& word
   for (std::string& word : all) pointers.push_back(word.data());
   pointers.push_back(nullptr);
   execv(beside->c_str(), pointers.data());
-  return {Code::kIo, *beside + ": " + std::strerror(errno) + "; it belongs beside tiltfeed: install both"};
+  const int why = errno;
+  // tiltfeed-sim comes with tiltfeed; the others have packages of their own, named as they are.
+  if (why == ENOENT && program != "tiltfeed-sim")
+    return {Code::kIo, *beside + " is not installed: it is the package " + program +
+                           ", which has to be of tiltfeed's version (dpkg -s tiltfeed)"};
+  return {Code::kIo, *beside + ": " + std::strerror(why) + "; it belongs beside tiltfeed: install both"};
 }
 
 }  // namespace tiltfeed::daemon

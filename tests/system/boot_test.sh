@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# A bare Debian 12 under its own systemd: the package is installed, a machine is set up as the README says, a job is cut on
-# the simulated machine, the package is upgraded with a run on the machine, removed and purged. By hand, as root: needs
+# A bare Debian 12 under its own systemd: the packages are installed, a machine is set up as the README says, a job is cut on
+# the simulated machine, the packages are upgraded with a run on the machine, removed and purged. By hand, as root: needs
 # debootstrap, systemd-container and the network.
-#   boot_test.sh NEW.deb WORK_FOLDER [OLD.deb]
-# OLD.deb: the version before; default: NEW.deb. It gets a lower version number.
+#   boot_test.sh NEW_FOLDER WORK_FOLDER [OLD_FOLDER]
+# Folders with the packages of a build (build/package). OLD_FOLDER: those of the version before; default: NEW_FOLDER. They get a
+# lower version number. A version of before tiltfeed-desk was a package of its own has the page in tiltfeed.
 set -euo pipefail
 export LC_ALL=C
 readonly new=$1 work=$2 old=${3:-$1}
@@ -23,13 +24,18 @@ if [[ ! -e $work/bare/whole ]]; then
 fi
 rm -rf "$root"
 cp -a "$work/bare" "$root"
-mkdir "$root/test"
-cp "$new" "$root/test/new.deb"
-rm -rf "$work/old"
-dpkg-deb -R "$old" "$work/old"
-sed -i 's/^Version: .*/Version: 0.0.1/' "$work/old/DEBIAN/control"
-dpkg-deb --root-owner-group -b "$work/old" "$root/test/old.deb" >/dev/null
-rm -rf "$work/old"
+mkdir -p "$root/test/new" "$root/test/old"
+for package in tiltfeed tiltfeed-desk; do
+  cp "$new/${package}_"*.deb "$root/test/new/$package.deb"
+  for file in "$old/${package}_"*.deb; do
+    [[ -e $file ]] || continue # the page is in tiltfeed
+    rm -rf "$work/old"
+    dpkg-deb -R "$file" "$work/old"
+    sed -i 's/^Version: .*/Version: 0.0.1/; s/tiltfeed (= [^)]*)/tiltfeed (= 0.0.1)/; s/tiltfeed (<< [^)]*)/tiltfeed (<< 0.0.1)/' "$work/old/DEBIAN/control"
+    dpkg-deb --root-owner-group -b "$work/old" "$root/test/old/$package.deb" >/dev/null
+    rm -rf "$work/old"
+  done
+done
 
 cat >"$root/test/steps" <<'STEPS'
 #!/bin/bash
@@ -50,10 +56,18 @@ until_state() {
   return 1
 }
 pid() { systemctl show -P MainPID "$1"; }
+layout() { sqlite3 -readonly "/var/lib/tiltfeed/$1/jobs.db" 'PRAGMA user_version'; }
+# What a user knows of the past: jobs and runs.
+past() {
+  tiltfeed list --json | jq -c '[.jobs[] | {job, name, state, total}] | sort_by(.job)'
+  tiltfeed history --json | jq -c '[.runs[] | {job, name, outcome, sha256}]'
+}
+address() { journalctl -o cat -u tiltfeed-desk@ac5 --since "$1" | grep -m1 -o '127.0.0.1:8370/#token='; }
 
 apt-get update -q
+apt-get install -q -y --no-install-recommends sqlite3 jq
 begun=$(date +%s%N)
-apt-get install -q -y --no-install-recommends /test/old.deb
+apt-get install -q -y --no-install-recommends /test/old/*.deb
 echo "installed in $((($(date +%s%N) - begun) / 1000000)) ms, packages from Debian included"
 dpkg --verify tiltfeed
 # As daemon/service/README.md says.
@@ -98,9 +112,22 @@ want "it does not start" tiltfeed start "$long"
 want "it does not run" until_state "$long" running
 echo '# mine' >>/etc/tiltfeed/ac5.yaml
 busy=$(pid tiltfeed@ac5) idle=$(pid tiltfeed@idle) before=$(tiltfeed show "$long" | sed -n 's/^executed: //p')
+past >past_before
+was=$(layout ac5) desk=$(pid tiltfeed-desk@ac5)
 begun=$(date +%s%N)
-apt-get install -q -y /test/new.deb 2>&1 | tee upgrade
+apt-get install -q -y --no-install-recommends /test/new/tiltfeed.deb 2>&1 | tee upgrade
 echo "upgraded under a run in $((($(date +%s%N) - begun) / 1000000)) ms"
+if [[ ! -e /test/old/tiltfeed-desk.deb ]]; then
+  want "nobody says where the page is now" grep -q 'tiltfeed-desk@ac5.service has lost its program, which is in the package tiltfeed-desk' upgrade
+  want "the page runs without its package" test ! -e /usr/bin/tiltfeed-desk
+  want "it does not say what is missing" grep -q 'it is the package tiltfeed-desk' <(tiltfeed desk 2>&1)
+fi
+since=$(date '+%F %T')
+apt-get install -q -y --no-install-recommends /test/new/tiltfeed-desk.deb
+want "the page was not restarted" test "$(pid tiltfeed-desk@ac5)" != "$desk"
+for _ in $(seq 100); do [[ -z $(address "$since") ]] || break; sleep 0.1; done
+want "the page gives no address after the upgrade" address "$since"
+want "a file is another's" dpkg --verify tiltfeed tiltfeed-desk
 want "nobody says that the busy one was left alone" grep -q 'tiltfeed@ac5.service .*left alone' upgrade
 want "the busy service was restarted" test "$(pid tiltfeed@ac5)" = "$busy"
 want "the idle service was not restarted" test "$(pid tiltfeed@idle)" != "$idle"
@@ -108,9 +135,15 @@ want "the run is over" test "$(state "$long")" = running
 want "the run stands" test "$(tiltfeed show "$long" | sed -n 's/^executed: //p')" -gt "$before"
 want "the settings are lost" grep -q '^# mine' /etc/tiltfeed/ac5.yaml
 want "the run does not come to its end" until_state "$long" done
+want "the spool was changed under its service" test "$(layout ac5)" = "$was"
 want "it does not restart" systemctl restart tiltfeed@ac5
 want "the jobs are lost" until_state "$job" done
 want "the long one is lost" until_state "$long" done
+past >past_after
+sed 's/"running"/"done"/' past_before | head -n 1 >jobs_before
+want "the jobs are others than before" cmp jobs_before <(head -n 1 past_after)
+want "the runs of before are gone" jq -e --slurpfile before <(tail -n 1 past_before) '. as $now | $before[0] | map(select(.outcome != "")) - $now == []' <(tail -n 1 past_after)
+echo "spool: layout $was before, $(layout ac5) after the restart; $(wc -c <jobs_before) bytes of jobs and their runs the same"
 # Each feed once and in order, over the upgrade.
 awk -F, -v name=block 'NR == 1 { for (i = 1; i <= NF; i++) if ($i == "op") op = i; else if ($i == "x") x = i } $op == "inverse" { print $x + 0 }' /test/trace5020.csv | tail -n 6000 >cut
 seq 6000 | awk '{ print $1 % 50 }' >wanted
@@ -125,11 +158,20 @@ want "no safe stop" grep -q 'safe-stop' <(journalctl -o cat -u tiltfeed@ac5)
 want "it does not go on" tiltfeed resume "$long"
 want "it does not come to its end" until_state "$long" done
 
+# Removed; both packages upgraded at once; purged.
 apt-get remove -q -y tiltfeed
+want "the page stays without tiltfeed" test ! -e /usr/bin/tiltfeed-desk
 want "services run without their program" test -z "$(systemctl list-units --plain --no-legend --state=active 'tiltfeed@*')"
 want "the jobs went with the program" test -d /var/lib/tiltfeed/ac5
-apt-get purge -q -y tiltfeed
-for left in /var/lib/tiltfeed /etc/tiltfeed /usr/bin/tiltfeed /etc/systemd/system/multi-user.target.wants/tiltfeed@ac5.service; do
+apt-get install -q -y --no-install-recommends --allow-downgrades /test/old/*.deb
+systemctl start tiltfeed-desk@ac5
+desk=$(pid tiltfeed-desk@ac5)
+apt-get install -q -y --no-install-recommends /test/new/*.deb
+want "a file is another's" dpkg --verify tiltfeed tiltfeed-desk
+want "the page was not restarted" test "$(pid tiltfeed-desk@ac5)" != "$desk" -a "$(systemctl is-active tiltfeed-desk@ac5)" = active
+apt-get purge -q -y tiltfeed tiltfeed-desk
+for left in /var/lib/tiltfeed /var/lib/tiltfeed-desk /etc/tiltfeed /usr/bin/tiltfeed /usr/bin/tiltfeed-desk \
+  /etc/systemd/system/multi-user.target.wants/tiltfeed{,-desk,-mtconnect}@ac5.service; do
   want "$left is left after purge" test ! -e "$left"
 done
 echo "ALL PASSED"

@@ -35,55 +35,87 @@ for path in ./usr/bin/tiltfeed ./usr/bin/tiltfeed-sim ./usr/lib/systemd/system/t
 done
 grep -vE '^(drwxr-xr-x|-rwxr-xr-x|-rw-r--r--) root/root' "$work/contents" &&
   fail "who may write these?"
-# Pages that the units name, and that README.md links to for who sets a machine up.
-for page in $(dpkg-deb --fsys-tarfile "$first" | tar -xO --wildcards './usr/lib/systemd/system/*.service' |
-  sed -n 's/^Documentation=//p' | tr ' ' '\n' | sort -u); do
-  case $page in
-    file:*) path=${page#file:} ;;
-    man:*) path=$(sed -E 's|man:(.*)\(([1-8])\)|/usr/share/man/man\2/\1.\2.gz|' <<<"$page") ;;
-    *) fail "a unit names $page" ;;
-  esac
-  grep -q " \.$path\$" "$work/contents" || fail "a unit names $page, which is not in the package"
-done
-for page in daemon/service daemon/shop daemon/metrics daemon/mtconnect desk; do
+# documented PACKAGE.deb: pages that its units name are in it.
+documented() {
+  local page path
+  for page in $(dpkg-deb --fsys-tarfile "$1" | tar -xO --wildcards './usr/lib/systemd/system/*.service' |
+    sed -n 's/^Documentation=//p' | tr ' ' '\n' | sort -u); do
+    case $page in
+      file:*) path=${page#file:} ;;
+      man:*) path=$(sed -E 's|man:(.*)\(([1-8])\)|/usr/share/man/man\2/\1.\2.gz|' <<<"$page") ;;
+      *) fail "a unit names $page" ;;
+    esac
+    dpkg-deb --contents "$1" | grep " \.$path\$" >/dev/null || fail "a unit names $page, which is not in the package"
+  done
+}
+documented "$first"
+# Pages that README.md links to for who sets a machine up.
+for page in daemon/service daemon/shop daemon/metrics daemon/mtconnect; do
   grep -q " ./usr/share/doc/tiltfeed/$page/README.md\$" "$work/contents" || fail "$page/README.md is not in the package"
 done
 dpkg-deb --field "$first" Depends | grep -q libmodbus5 || fail "the libraries are no dependencies"
-# What it is made of: every library that the package depends on, the headers that are compiled in, the page's parts.
-dpkg-deb --fsys-tarfile "$first" | tar -xO ./usr/share/doc/tiltfeed/sbom.spdx.json >"$work/sbom.json"
-jq -e '(.packages | map(.SPDXID)) as $ids | ($ids | length) == ($ids | unique | length) and
-  ([.relationships[] | .spdxElementId, .relatedSpdxElement] | unique - ["SPDXRef-DOCUMENT"] - $ids) == []' "$work/sbom.json" >/dev/null ||
-  fail "the list of parts is not whole in itself"
-for part in $(dpkg-deb --field "$first" Depends | sed 's/ ([^)]*)//g; s/,/ /g') libcgal-dev nlohmann-json3-dev three; do
-  jq -e --arg part "$part" '.packages[] | select(.name == $part) | (.versionInfo | length) > 0' "$work/sbom.json" >/dev/null ||
-    fail "$part is not in the list of parts"
-done
-if command -v lintian >/dev/null; then
-  lintian --allow-root --fail-on error,warning "$first" >"$work/lintian" 2>&1 || {
-    cat "$work/lintian"
-    fail "lintian complains"
-  }
-fi
-# The reader of CAD files is a package of its own, with all that OpenCASCADE needs; the other needs nothing of it.
-cad=$(echo "$work"/first/tiltfeed-cad_*.deb)
-if [[ -e $cad ]]; then
-  dpkg-deb --contents "$cad" >"$work/cad_contents"
-  for path in ./usr/bin/tiltfeed-cad ./usr/share/doc/tiltfeed-cad/copyright ./usr/share/doc/tiltfeed-cad/sbom.spdx.json \
-    ./usr/share/man/man1/tiltfeed-cad.1.gz ./usr/share/bash-completion/completions/tiltfeed-cad; do
-    grep -q " $path\$" "$work/cad_contents" || fail "$path is not in the package tiltfeed-cad"
-    grep -q " $path\$" "$work/contents" && fail "$path is in both packages"
+# parts_of PACKAGE.deb NAME PART...: its list of parts is whole, and has these besides every library that it depends on.
+parts_of() {
+  local list=$work/sbom_$2.json part
+  dpkg-deb --fsys-tarfile "$1" | tar -xO "./usr/share/doc/$2/sbom.spdx.json" >"$list"
+  jq -e --arg name "$2" '(.packages | map(.SPDXID)) as $ids | .packages[0].name == $name and ($ids | length) == ($ids | unique | length) and
+    ([.relationships[] | .spdxElementId, .relatedSpdxElement] | unique - ["SPDXRef-DOCUMENT"] - $ids) == []' "$list" >/dev/null ||
+    fail "the list of parts of $2 is not whole in itself"
+  for part in $(dpkg-deb --field "$1" Depends | sed 's/ ([^)]*)//g; s/,/ /g') "${@:3}"; do
+    [[ $part == tiltfeed ]] || jq -e --arg part "$part" '.packages[] | select(.name == $part) | (.versionInfo | length) > 0' "$list" >/dev/null ||
+      fail "$part is not in the list of parts of $2"
   done
-  grep -vE '^(drwxr-xr-x|-rwxr-xr-x|-rw-r--r--) root/root' "$work/cad_contents" && fail "who may write these?"
-  dpkg-deb --field "$cad" Depends | grep -q 'libocct-data-exchange.*tiltfeed (=\|tiltfeed (=.*libocct-data-exchange' ||
-    fail "tiltfeed-cad does not depend on OpenCASCADE and tiltfeed"
-  dpkg-deb --field "$first" Depends | grep -q libocct && fail "tiltfeed depends on OpenCASCADE"
-  dpkg-deb --ctrl-tarfile "$cad" | tar -t | grep -q postinst && fail "tiltfeed-cad has scripts of tiltfeed's"
-  if command -v lintian >/dev/null; then
-    lintian --allow-root --fail-on error,warning "$cad" >"$work/lintian_cad" 2>&1 || {
-      cat "$work/lintian_cad"
-      fail "lintian complains of tiltfeed-cad"
-    }
-  fi
+}
+# clean PACKAGE.deb: lintian has nothing to say but what is overridden.
+clean() {
+  command -v lintian >/dev/null || return 0
+  lintian --allow-root --fail-on error,warning "$1" >"$work/lintian" 2>&1 || {
+    cat "$work/lintian"
+    fail "lintian complains of $1"
+  }
+}
+# beside PACKAGE.deb NAME PATH...: a package beside tiltfeed, of the same version, has these; none of them is in tiltfeed's, too.
+beside() {
+  local path
+  dpkg-deb --contents "$1" >"$work/contents_$2"
+  for path in "./usr/bin/$2" "./usr/share/doc/$2/copyright" "./usr/share/doc/$2/changelog.gz" "./usr/share/doc/$2/sbom.spdx.json" \
+    "./usr/share/man/man1/$2.1.gz" "./usr/share/bash-completion/completions/$2" "./usr/share/zsh/vendor-completions/_$2" \
+    "./usr/share/fish/vendor_completions.d/$2.fish" "${@:3}"; do
+    grep -q " $path\$" "$work/contents_$2" || fail "$path is not in the package $2"
+  done
+  ! awk '!/\/$/ { print $6 }' "$work/contents_$2" | grep -Fx -f <(awk '!/\/$/ { print $6 }' "$work/contents") || fail "these are in both packages"
+  grep -vE '^(drwxr-xr-x|-rwxr-xr-x|-rw-r--r--) root/root' "$work/contents_$2" && fail "who may write these?"
+  dpkg-deb --field "$1" Depends | grep -q "tiltfeed (= $(dpkg-deb --field "$first" Version))" || fail "$2 goes with any tiltfeed"
+  clean "$1"
+}
+
+# What it is made of: every library that the package depends on, the headers that are compiled in, what its pages hold.
+desk=$(echo "$work"/first/tiltfeed-desk_*.deb)
+cad=$(echo "$work"/first/tiltfeed-cad_*.deb)
+has_page=()
+[[ ! -e $desk ]] || has_page=(three)
+parts_of "$first" tiltfeed libcgal-dev nlohmann-json3-dev "${has_page[@]}"
+clean "$first"
+dpkg-deb --field "$first" Depends | grep -qE 'libocct|libmicrohttpd|libcurl' && fail "tiltfeed depends on what its neighbours need"
+# The page, its server and its unit.
+if [[ -e $desk ]]; then
+  beside "$desk" tiltfeed-desk ./usr/lib/systemd/system/tiltfeed-desk@.service ./usr/lib/sysusers.d/tiltfeed-desk.conf \
+    ./usr/share/tiltfeed/desk.yaml ./usr/share/man/man5/tiltfeed-desk-file.5.gz ./usr/share/doc/tiltfeed/desk/README.md
+  documented "$desk"
+  parts_of "$desk" tiltfeed-desk libmicrohttpd-dev three
+  grep -q 'tiltfeed-desk' "$work/contents" && fail "tiltfeed has files of the page"
+  dpkg-deb --field "$desk" Depends | grep -q libmicrohttpd || fail "tiltfeed-desk does not depend on its server"
+  # From the time when one package had both.
+  for field in Replaces Breaks; do
+    [[ $(dpkg-deb --field "$desk" $field) == "tiltfeed (<< $(dpkg-deb --field "$first" Version))" ]] || fail "tiltfeed-desk lacks $field"
+  done
+fi
+# The reader of CAD files, with all that OpenCASCADE needs.
+if [[ -e $cad ]]; then
+  beside "$cad" tiltfeed-cad
+  parts_of "$cad" tiltfeed-cad libocct-foundation-dev
+  dpkg-deb --field "$cad" Depends | grep -q libocct-data-exchange || fail "tiltfeed-cad does not depend on OpenCASCADE"
+  dpkg-deb --ctrl-tarfile "$cad" | tar -t | grep postinst && fail "tiltfeed-cad has scripts of tiltfeed's"
 fi
 dpkg-deb --ctrl-tarfile "$first" | tar -t | sort >"$work/control"
 for script in postinst prerm postrm; do
@@ -131,3 +163,9 @@ sed "s|/usr/share/tiltfeed|$work/root/usr/share/tiltfeed|" "$work/root/usr/share
   fail "the example job does not plan"
 }
 grep -q '^proven' "$work/job/log" || fail "the example's program is not proven"
+# Without the other packages it says which of them is asked for.
+for word in desk "desk user list"; do
+  # shellcheck disable=SC2086  # words
+  ! "$bin/tiltfeed" $word >"$work/said" 2>&1 || fail "tiltfeed $word does something without its program"
+  grep -q 'is not installed: it is the package tiltfeed-desk' "$work/said" || fail "tiltfeed $word says $(cat "$work/said")"
+done
