@@ -2,7 +2,9 @@
 
 #include <Interface_Check.hxx>
 #include <STEPCAFControl_Reader.hxx>
+#include <STEPConstruct_ExternRefs.hxx>
 #include <Standard_Failure.hxx>
+#include <StepBasic_ProductDefinition.hxx>
 #include <StepData_StepModel.hxx>
 #include <StepRepr_RepresentationItem.hxx>
 #include <StepShape_FaceSurface.hxx>
@@ -66,6 +68,7 @@ class StepLoad {
         warnings_.push_back(refusal(model_->Value(i), model_->Check(i, true)) +
                             "; the shape does not need it");
       }
+    if (auto whole = check_whole(); !whole) return tl::unexpected(whole.error());
     transfer(document);
     if (auto read = check_transfer(); !read) return tl::unexpected(read.error());
     LoadedPart part;
@@ -95,6 +98,22 @@ class StepLoad {
   tl::unexpected<Error> refused(const Handle(Standard_Transient) & entity,
                                 const Handle(Interface_Check) & check) const {
     return wrong(refusal(entity, check));
+  }
+
+  /// OpenCASCADE would open each of these by itself, with whatever path: who sends a part must not choose
+  /// files of this computer.
+  Result<void> check_whole() const {
+    STEPConstruct_ExternRefs others(reader_.Reader().WS());
+    others.LoadExternRefs();
+    for (int i = 1; i <= others.NbExternRefs(); ++i) {
+      const char* const file = others.FileName(i);
+      if (file == nullptr || *file == '\0') continue;
+      const Handle(StepBasic_ProductDefinition) product = others.ProdDef(i);
+      return fail(Code::kInput, path_ + ": " + (product.IsNull() ? "a product" : name(product)) +
+                                    " refers to another file, \"" + file +
+                                    "\", which is not read: export the part as one file");
+    }
+    return {};
   }
 
   void transfer(Handle(TDocStd_Document) document) {

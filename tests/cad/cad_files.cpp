@@ -151,6 +151,11 @@ void write_all(const std::string& folder) {
   colour(document, face_at(box, 5), 1.0, 0.0, 0.0);
   colour(document, ball, 0.0, kMixedGreen / 255.0, 0.0);
   write_step(document, folder + "/assembly.step");
+  // The same with each product in a file of its own: apart_block.stp, apart_knob.stp.
+  STEPCAFControl_Writer apart;
+  if (!apart.Transfer(document, STEPControl_AsIs, (folder + "/apart_").c_str()) ||
+      apart.Write((folder + "/apart.step").c_str()) != IFSelect_RetDone)
+    throw Standard_Failure("apart.step");
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 // and units; damaged files.
 
 #include <gtest/gtest.h>
+#include <sys/inotify.h>
+#include <unistd.h>
 
 #include <functional>
 #include <random>
@@ -216,6 +218,31 @@ TEST(Tessellate, WhatCannotBeReadIsRefusedByName) {
   expect_load_refused(iges.substr(0, iges.size() / 2 / 81 * 81), "cut.iges", "cut short");
   expect_load_refused("", "empty.step", "does not begin");
   expect_load_refused(std::string(1000, '\x7f'), "random.step", "does not begin");
+}
+
+/// A STEP file may name others, by any path; OpenCASCADE would read them.
+TEST(Tessellate, NoFileButThePartIsOpened) {
+  static const Folder folder("cad_apart");
+  std::string text = file_text(cad_file("apart.step"));
+  const std::string whole = cad_file("apart_block.stp"),
+                    beside = folder.write("block.stp", file_text(whole)).substr(folder.path.size() + 1);
+  ASSERT_NE(text.find("'" + whole + "'"), text.npos) << text;
+  const int opened = inotify_init1(IN_NONBLOCK);
+  ASSERT_GE(opened, 0);
+  for (const std::string& other : {whole, cad_file("apart_knob.stp"), folder.path + "/" + beside})
+    ASSERT_GE(inotify_add_watch(opened, other.c_str(), IN_OPEN), 0) << other;
+  for (const bool relative : {false, true}) {
+    for (std::size_t at = 0; relative && (at = text.find(whole)) != text.npos;)
+      text.replace(at, whole.size(), beside);
+    const auto part = load_step(folder.write("apart.step", text));
+    ASSERT_FALSE(part);
+    const std::string& said = part.error().message;
+    EXPECT_NE(said.find("refers to another file, \"" + (relative ? beside : whole)), said.npos) << said;
+  }
+  char bytes[4096];
+  EXPECT_EQ(::read(opened, bytes, sizeof bytes), -1) << "another file was opened";
+  EXPECT_EQ(errno, EAGAIN);
+  ::close(opened);
 }
 
 TEST(Tessellate, WhatCannotBeHadWithinTheToleranceIsRefusedByName) {
