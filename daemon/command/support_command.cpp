@@ -37,8 +37,9 @@ std::string log_of_units(const std::string& config) {
   if (!std::filesystem::exists("/run/systemd/system", none)) return "systemd does not run here";
   const std::string name = std::filesystem::path(config).stem().string();
   const std::string text =
-      output_of("/usr/bin/journalctl", {"--unit=tiltfeed@" + name, "--unit=tiltfeed-desk@" + name, "--lines",
-                                        kLogLines, "--no-pager", "--output=short-iso"});
+      output_of("/usr/bin/journalctl", {"--unit=tiltfeed@" + name, "--unit=tiltfeed-desk@" + name,
+                                        "--unit=tiltfeed-mtconnect@" + name, "--lines", kLogLines,
+                                        "--no-pager", "--output=short-iso"});
   return text.empty() ? "journalctl tells nothing; run this as root, or as one of the group systemd-journal"
                       : text;
 }

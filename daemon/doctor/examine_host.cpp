@@ -31,7 +31,7 @@ Finding programs(const Host& host, const std::string& version) {
     if (said != name + (" " + version))
       return {Verdict::kToDo, "versions",
               file + (said.empty() ? " does not start" : " is \"" + said + "\"") + ", and tiltfeed is " +
-                  version + ": install all programs from one package"};
+                  version + ": install packages of one version"};
     beside += std::string(", ") + name;
   }
   return {Verdict::kGood, "versions", version + ": tiltfeed" + beside};

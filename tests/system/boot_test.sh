@@ -59,7 +59,7 @@ pid() { systemctl show -P MainPID "$1"; }
 layout() { sqlite3 -readonly "/var/lib/tiltfeed/$1/jobs.db" 'PRAGMA user_version'; }
 # What a user knows of the past: jobs and runs.
 past() {
-  tiltfeed list --json | jq -c '[.jobs[] | {job, name, state, total}] | sort_by(.job)'
+  tiltfeed list --json | jq -c '[.jobs[] | {job, name, state, blocks}] | sort_by(.job)'
   tiltfeed history --json | jq -c '[.runs[] | {job, name, outcome, sha256}]'
 }
 address() { journalctl -o cat -u tiltfeed-desk@ac5 --since "$1" | grep -m1 -o '127.0.0.1:8370/#token='; }
@@ -142,7 +142,7 @@ want "the long one is lost" until_state "$long" done
 past >past_after
 sed 's/"running"/"done"/' past_before | head -n 1 >jobs_before
 want "the jobs are others than before" cmp jobs_before <(head -n 1 past_after)
-want "the runs of before are gone" jq -e --slurpfile before <(tail -n 1 past_before) '. as $now | $before[0] | map(select(.outcome != "")) - $now == []' <(tail -n 1 past_after)
+want "the runs of before are gone" jq -e --slurpfile before <(tail -n 1 past_before) '. as $now | $before[0] | map(select(.outcome != "running")) - $now == []' <(tail -n 1 past_after)
 echo "spool: layout $was before, $(layout ac5) after the restart; $(wc -c <jobs_before) bytes of jobs and their runs the same"
 # Each feed once and in order, over the upgrade.
 awk -F, -v name=block 'NR == 1 { for (i = 1; i <= NF; i++) if ($i == "op") op = i; else if ($i == "x") x = i } $op == "inverse" { print $x + 0 }' /test/trace5020.csv | tail -n 6000 >cut
@@ -164,11 +164,25 @@ want "the page stays without tiltfeed" test ! -e /usr/bin/tiltfeed-desk
 want "services run without their program" test -z "$(systemctl list-units --plain --no-legend --state=active 'tiltfeed@*')"
 want "the jobs went with the program" test -d /var/lib/tiltfeed/ac5
 apt-get install -q -y --no-install-recommends --allow-downgrades /test/old/*.deb
-systemctl start tiltfeed-desk@ac5
+rm -rf /var/lib/tiltfeed/ac5 # the version before refuses a later layout
+systemctl start tiltfeed@ac5 tiltfeed-desk@ac5
 desk=$(pid tiltfeed-desk@ac5)
+long=$(tiltfeed submit long.nc | cut -d' ' -f1)
+want "it is not checked" until_state "$long" ready
+want "it does not start" tiltfeed start "$long"
+want "it does not run" until_state "$long" running
 apt-get install -q -y --no-install-recommends /test/new/*.deb
 want "a file is another's" dpkg --verify tiltfeed tiltfeed-desk
 want "the page was not restarted" test "$(pid tiltfeed-desk@ac5)" != "$desk" -a "$(systemctl is-active tiltfeed-desk@ac5)" = active
+# The service of before dies in its run, after the upgrade: safe stop and restart are the new version's, on the old spool.
+was=$(layout ac5)
+since=$(date '+%F %T')
+systemctl kill -s KILL tiltfeed@ac5
+want "it is not back" until_state "$long" interrupted
+want "no safe stop" grep -q 'safe-stop' <(journalctl -o cat -u tiltfeed@ac5 --since "$since")
+want "it does not go on" tiltfeed resume "$long"
+want "it does not come to its end" until_state "$long" done
+echo "killed in a run after the upgrade: interrupted, resumed, done; layout $was, then $(layout ac5)"
 apt-get purge -q -y tiltfeed tiltfeed-desk
 for left in /var/lib/tiltfeed /var/lib/tiltfeed-desk /etc/tiltfeed /usr/bin/tiltfeed /usr/bin/tiltfeed-desk \
   /etc/systemd/system/multi-user.target.wants/tiltfeed{,-desk,-mtconnect}@ac5.service; do
