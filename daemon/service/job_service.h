@@ -70,6 +70,7 @@ class JobService {
   /// What the shop's thread asks of orders of planning, each as PlanLedger says; without a version.
   Result<LocalPlans> read_plans();
   Result<void> plan_told(const std::string& id, const PlanStanding& standing);
+  Result<void> plan_helpers(bool idle);
   Result<void> plan_returned(const std::string& id, const std::string& helper, const std::string& from,
                              const std::vector<int>& files);
   Result<bool> plan_take(const PlanTaken& order, const std::vector<int>& files);

@@ -34,7 +34,6 @@ std::optional<std::string> PlanOrders::hear(const std::string& id, const PlanSta
   const bool was_taken = order.standing.state == PlanState::kTaken;
   if (was_taken && standing.state == PlanState::kOpen) order.since = now;  // for whoever else helps
   order.standing = standing;
-  order.stands = true;
   order.heard = now;
   return std::nullopt;
 }
@@ -44,6 +43,11 @@ void PlanOrders::take_back(const std::string& id, const std::string& helper) {
   order.standing.state = PlanState::kDone;
   order.standing.helper = helper;
   order.back = true;
+}
+
+void PlanOrders::hear_helpers(bool idle, Time now) {
+  idle_helpers_ = idle;
+  heard_helpers_ = now;
 }
 
 void PlanOrders::refuse(std::uint64_t job) {
@@ -59,7 +63,11 @@ void PlanOrders::forget(std::uint64_t job) {
 bool PlanOrders::is_over(const Order& order, bool busy, Time now) const {
   if (order.back) return false;
   if (order.standing.state == PlanState::kTaken) return now - order.heard > kSilent;
-  return !busy || now - order.since > (order.stands ? kUntaken : kNobody);
+  if (!busy) return true;
+  // What was heard before it stood there says nothing of who has taken it since.
+  const bool told = heard_helpers_ && *heard_helpers_ >= order.since;
+  if (told && !idle_helpers_) return true;
+  return now - order.since > (told ? kUntaken : kUnheard);
 }
 
 }  // namespace tiltfeed::daemon

@@ -18,9 +18,10 @@ namespace tiltfeed::daemon {
 class PlanOrders {
  public:
   using Time = std::chrono::steady_clock::time_point;
-  /// A machine that is at work waits so long for somebody who would plan for it, and plans by itself then.
-  static constexpr std::chrono::seconds kNobody{15};
-  /// Likewise where its order stands in the database, behind others.
+  /// A machine that is at work waits so long to hear whether somebody idle is there, and plans by itself
+  /// then.
+  static constexpr std::chrono::seconds kUnheard{15};
+  /// Likewise where somebody idle is there, who takes others' orders first.
   static constexpr std::chrono::seconds kUntaken{60};
   /// Of an order that was taken nothing is heard for so long: the database is away.
   static constexpr std::chrono::seconds kSilent{90};
@@ -30,8 +31,7 @@ class PlanOrders {
     std::string id, name;
     PlanStanding standing;
     Time since, heard;
-    bool stands = false;  ///< in the database
-    bool back = false;    ///< what came back is being proved
+    bool back = false;  ///< what came back is being proved
   };
 
   /// Nothing: the job is no order.
@@ -45,17 +45,21 @@ class PlanOrders {
   std::optional<std::string> hear(const std::string& id, const PlanStanding& standing, Time now);
   /// Requires: job_of(id).
   void take_back(const std::string& id, const std::string& helper);
+  /// Whether an idle machine is there that would take an order.
+  void hear_helpers(bool idle, Time now);
   /// It is planned here, this time and after.
   void refuse(std::uint64_t job);
   /// The job is gone, or is planned.
   void forget(std::uint64_t job);
-  /// Nobody has taken it, or nobody knows any more. `busy`: this machine is at work, and would rather not
-  /// plan.
+  /// Nobody has taken it, and this machine is idle or nobody else is. Or nobody knows any more who has it.
+  /// `busy`: this machine is at work, and would rather not plan.
   bool is_over(const Order& order, bool busy, Time now) const;
 
  private:
   std::map<std::uint64_t, Order> orders_;  ///< by job
   std::set<std::uint64_t> own_;            ///< jobs that are planned here
+  std::optional<Time> heard_helpers_;
+  bool idle_helpers_ = false;
 };
 
 }  // namespace tiltfeed::daemon

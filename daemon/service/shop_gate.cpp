@@ -177,6 +177,9 @@ PlanLedger ShopGate::plans(const std::string& version) const {
   plans.told = [way](const std::string& id, const PlanStanding& standing) {
     return way->ask_now<void>([id, standing](JobService& jobs) { return jobs.plan_told(id, standing); });
   };
+  plans.helpers = [way](bool idle) {
+    return way->ask_now<void>([idle](JobService& jobs) { return jobs.plan_helpers(idle); });
+  };
   // The descriptors stay open until the job service has answered, or never will.
   plans.returned = [way](const std::string& id, const std::string& helper, const std::string& from,
                          const std::vector<int>& files) {

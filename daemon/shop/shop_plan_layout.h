@@ -21,6 +21,12 @@ inline constexpr const char* kPlanOffer =
 inline constexpr const char* kPlanHelpers =
     "SELECT 1 FROM tiltfeed.machines WHERE plans = $2 AND plans <> '' AND id <> $1 AND NOT away AND seen > "
     "now() - interval '30 seconds' LIMIT 1";
+/// $1 machine, $2 version. A row: likewise, and it has no order, so it would begin at its next turn.
+inline constexpr const char* kPlanIdle =
+    "SELECT 1 FROM tiltfeed.machines m WHERE m.plans = $2 AND m.plans <> '' AND m.id <> $1 AND NOT m.away "
+    "AND "
+    "m.seen > now() - interval '30 seconds' AND NOT EXISTS (SELECT 1 FROM tiltfeed.plans p WHERE p.helper = "
+    "m.id AND p.state = 'taken' AND p.lease >= now()) LIMIT 1";
 /// $1 id, $2 machine, $3 name, $4 version. The same again changes nothing. A row: it is new.
 inline constexpr const char* kPlanAsk =
     "INSERT INTO tiltfeed.plans (id, asker, name, version) VALUES ($1, $2, $3, $4) ON CONFLICT (id) DO "

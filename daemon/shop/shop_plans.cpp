@@ -109,6 +109,13 @@ Result<void> ShopPlans::turn(const ShopAsk& ask, const std::string& machine) {
 
 Result<void> ShopPlans::look_after(const ShopAsk& ask, const std::string& machine, const LocalPlans& local) {
   if (looks_++ % kLookEvery != 0 && local.asks.empty() && sent_.empty()) return {};
+  // Before the orders are seen: who takes one between the two is no more idle, and has it.
+  bool idle = false;
+  if (!local.asks.empty()) {
+    const auto found = ask(kPlanIdle, {machine, local.version});
+    if (!found) return tl::unexpected<Error>(found.error());
+    idle = !found->rows.empty();
+  }
   const auto rows = ask(kPlanSeen, {machine});
   if (!rows) return tl::unexpected<Error>(rows.error());
   std::vector<std::string> there;
@@ -128,6 +135,8 @@ Result<void> ShopPlans::look_after(const ShopAsk& ask, const std::string& machin
     return std::none_of(local.asks.begin(), local.asks.end(),
                         [&](const PlanAsk& order) { return order.id == one.first; });
   });
+  if (!local.asks.empty())
+    if (Result<void> told = ledger_.helpers(idle); !told) return told;
   for (const PlanAsk& order : local.asks) {
     if (std::find(there.begin(), there.end(), order.id) != there.end()) continue;
     const auto helpers = ask(kPlanHelpers, {machine, local.version});

@@ -70,6 +70,8 @@ struct LocalPlans {
 struct PlanLedger {
   std::function<Result<LocalPlans>()> read;
   std::function<Result<void>(const std::string& id, const PlanStanding&)> told;
+  /// Called while it asks, after `told`: whether a machine that has no order would take one of these.
+  std::function<Result<void>(bool idle)> helpers;
   /// Made: program, map, CL file, report, synced; the descriptors stay the caller's. `from`: the digests that
   /// the files of the order had.
   std::function<Result<void>(const std::string& id, const std::string& helper, const std::string& from,

@@ -116,6 +116,10 @@ class Planner {
       if (failed) failed_.push_back(*failed), plan_here(*job);
       return {};
     };
+    l.helpers = [this](bool idle) -> Result<void> {
+      orders_.hear_helpers(idle, now_);
+      return {};
+    };
     l.returned = [this](const std::string& id, const std::string&, const std::string&,
                         const std::vector<int>& files) -> Result<void> {
       const auto job = orders_.job_of(id);
@@ -190,10 +194,41 @@ TEST_F(ShopPlansTest, NothingIsSentWhereNobodyWouldPlan) {
   open(2);
   planners_[1]->offers_ = false;
   planners_[0]->add(1);
-  turns(3);
+  turns(1);
   EXPECT_TRUE(database_.plans.empty());
-  turns(10);
-  EXPECT_EQ(planners_[0]->here_, std::set<std::uint64_t>{1}) << "nobody has taken it";
+  EXPECT_EQ(planners_[0]->here_, std::set<std::uint64_t>{1}) << "it waits for nobody";
+}
+
+TEST_F(ShopPlansTest, WhatNobodyIdleWouldTakeIsPlannedHereAtOnce) {
+  open(2);
+  turns(1);
+  planners_[0]->offers_ = false;
+  planners_[0]->add(1), planners_[0]->add(2);
+  planners_[0]->turn(database_, random_, 0);
+  EXPECT_TRUE(planners_[0]->here_.empty()) << "one idle machine is there";
+  planners_[1]->turn(database_, random_, 0);
+  ASSERT_TRUE(planners_[1]->help_);
+  planners_[0]->turn(database_, random_, 0);
+  EXPECT_EQ(planners_[0]->here_, std::set<std::uint64_t>{2}) << "the other has an order";
+  turns(8);
+  EXPECT_EQ(planners_[0]->elsewhere_, std::set<std::uint64_t>{1}) << "what is taken goes on there";
+}
+
+TEST_F(ShopPlansTest, WhoDiedWithAnOrderIsNotIdleUntilItsLeaseEnds) {
+  open(2);
+  turns(1);
+  planners_[0]->offers_ = false;
+  planners_[0]->add(1);
+  planners_[0]->turn(database_, random_, 0);
+  planners_[1]->turn(database_, random_, 0);
+  ASSERT_TRUE(planners_[1]->help_);
+  planners_[1]->help_.reset();
+  planners_[0]->add(2);
+  planners_[0]->turn(database_, random_, 0);
+  EXPECT_EQ(planners_[0]->here_, std::set<std::uint64_t>{2});
+  database_.now += PlanDatabase::kLease + 1;
+  planners_[0]->turn(database_, random_, 0);
+  EXPECT_EQ(planners_[0]->here_, std::set<std::uint64_t>{2}) << "the first is for whoever is idle now";
 }
 
 TEST_F(ShopPlansTest, AnotherVersionPlansNothing) {
@@ -204,8 +239,11 @@ TEST_F(ShopPlansTest, AnotherVersionPlansNothing) {
   turns(3);
   EXPECT_TRUE(database_.plans.empty()) << "nobody of this version";
   open(1);
-  planners_[2]->version_ = "1";
   turns(1);
+  planners_[0]->offers_ = false;
+  planners_[0]->add(2);
+  planners_[0]->turn(database_, random_, 0);
+  ASSERT_EQ(database_.plans.size(), 1u);
   planners_[2]->offers_ = false;  // it has offered, and went away
   turns(1);
   for (auto& [id, plan] : database_.plans) plan.state = "open", plan.helper.clear();
@@ -284,6 +322,7 @@ TEST_F(ShopPlansTest, WhoNeedsItsProcessorGivesTheOrderToTheNext) {
     EXPECT_EQ(only().state, "open");
     planners_[1]->offers_ = true;
   }
+  planners_[1]->turn(database_, random_, 0);  // it says so, and takes it
   turns(6);
   EXPECT_EQ(planners_[0]->elsewhere_.size(), 1u);
 }
@@ -373,16 +412,22 @@ TEST(PlanOrders, WhenAnOrderIsOver) {
   const std::string id = orders.of(3)->id;
   EXPECT_TRUE(is_uuid(id));
   EXPECT_TRUE(orders.is_over(*orders.of(3), false, begin)) << "this machine is idle: it plans by itself";
-  EXPECT_FALSE(orders.is_over(*orders.of(3), true, begin + PlanOrders::kNobody));
-  EXPECT_TRUE(orders.is_over(*orders.of(3), true, begin + PlanOrders::kNobody + 1s)) << "nobody would";
+  EXPECT_FALSE(orders.is_over(*orders.of(3), true, begin + PlanOrders::kUnheard));
+  EXPECT_TRUE(orders.is_over(*orders.of(3), true, begin + PlanOrders::kUnheard + 1s)) << "nobody says";
   EXPECT_FALSE(orders.hear(id, {}, begin + 1s));
+  orders.hear_helpers(false, begin + 1s);
+  EXPECT_TRUE(orders.is_over(*orders.of(3), true, begin + 1s)) << "nobody would";
+  orders.hear_helpers(true, begin + 2s);
   EXPECT_FALSE(orders.is_over(*orders.of(3), true, begin + PlanOrders::kUntaken)) << "behind others";
   EXPECT_TRUE(orders.is_over(*orders.of(3), true, begin + PlanOrders::kUntaken + 1s));
   const PlanStanding taken{PlanState::kTaken, "south", 40, "links", ""};
   EXPECT_FALSE(orders.hear(id, taken, begin + 5s));
   EXPECT_FALSE(orders.is_over(*orders.of(3), false, begin + 5s + PlanOrders::kSilent)) << "it is at it";
   EXPECT_TRUE(orders.is_over(*orders.of(3), false, begin + 6s + PlanOrders::kSilent)) << "database gone";
+  orders.hear_helpers(false, begin + 50s);
   EXPECT_FALSE(orders.hear(id, {}, begin + 60s)) << "its taker has died";
+  EXPECT_FALSE(orders.is_over(*orders.of(3), true, begin + 60s)) << "what was heard before says nothing";
+  orders.hear_helpers(true, begin + 60s);
   EXPECT_FALSE(orders.is_over(*orders.of(3), true, begin + 60s + PlanOrders::kUntaken)) << "for the next";
   EXPECT_FALSE(orders.hear("another", {PlanState::kFailed, "", 0, "", "x"}, begin)) << "not known here";
   orders.take_back(id, "south");

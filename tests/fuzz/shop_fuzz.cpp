@@ -7,6 +7,7 @@
 
 #include "daemon/shop/shop_fit.h"
 #include "daemon/shop/shop_live.h"
+#include "daemon/shop/shop_plan_layout.h"
 #include "tests/fuzz/fuzz.h"
 
 using namespace tiltfeed;
@@ -75,7 +76,8 @@ void read_plans(const std::string& text) {
       answers.back().rows.back().back().push_back(c);
   }
   std::size_t asked = 0;
-  const ShopAsk ask = [&](const std::string&, const std::vector<PgValue>&) -> Result<PgRows> {
+  const ShopAsk ask = [&](const std::string& sql, const std::vector<PgValue>&) -> Result<PgRows> {
+    if (sql == kPlanIdle) return PgRows();  // nothing but its rows is looked at
     return asked < answers.size() ? answers[asked++] : PgRows();
   };
   const std::string id = "00000000-0000-4000-8000-000000000001";
@@ -88,6 +90,7 @@ void read_plans(const std::string& text) {
     HOLDS(standing.helper.size() <= 100 && standing.stage.size() <= 100 && standing.note.size() <= 700);
     return {};
   };
+  ledger.helpers = [](bool) { return Result<void>(); };
   ledger.returned = [](const std::string&, const std::string&, const std::string&,
                        const std::vector<int>&) -> Result<void> {
     HOLDS(false);

@@ -65,6 +65,11 @@ class PlanDatabase {
   bool is_open(const Plan& plan) const {
     return plan.state == "open" || (plan.state == "taken" && plan.lease < now);
   }
+  bool has_order(const std::string& machine) const {
+    for (const auto& [id, plan] : plans)
+      if (plan.helper == machine && plan.state == "taken" && plan.lease >= now) return true;
+    return false;
+  }
   Result<Rows> answer(const std::string& sql, const std::vector<std::string>& v) {
     using namespace daemon;
     if (sql == "BEGIN") return before = plans, in_transaction = true, Rows();
@@ -76,6 +81,11 @@ class PlanDatabase {
     if (sql == kPlanHelpers) {
       for (const auto& [machine, version] : offers)
         if (machine != v[0] && version == v[1]) return Rows{{{"1"}}};
+      return Rows();
+    }
+    if (sql == kPlanIdle) {
+      for (const auto& [machine, version] : offers)
+        if (machine != v[0] && version == v[1] && !has_order(machine)) return Rows{{{"1"}}};
       return Rows();
     }
     if (sql == kPlanAsk) {
