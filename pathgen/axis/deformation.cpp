@@ -230,4 +230,8 @@ double Deformation::period_y() const {
   return wraps ? 2.0 * kPi * scale_y_ : 0.0;
 }
 
+Point<Flat> Deformation::beside(Point<Flat> f, Point<Flat> place) const {
+  return {short_way(place.x, f.x, period_x()), short_way(place.y, f.y, period_y()), f.z};
+}
+
 }  // namespace tiltfeed::pathgen

@@ -3,6 +3,7 @@
 // pathgen/axis/README.md, tags D1..D4). Right-handed: (x', y', z') with b = s (n x t).
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <optional>
 
@@ -21,6 +22,11 @@ enum class AxisMode {
   kIndexed  ///< one of a few fixed directions, each for what it reaches (pathgen/plan/indexed.h); no
             ///< deformation
 };
+
+/// The image of `target` nearest to `from`, where the coordinate has that period (0: none).
+inline double short_way(double from, double target, double period) {
+  return period > 0.0 ? target + period * std::round((from - target) / period) : target;
+}
 
 /// Where the shank points: away from the point/line/circle (outside work) or towards it (inside work).
 enum class Sense : int { kOutward = +1, kInward = -1 };
@@ -136,6 +142,8 @@ class Deformation {
   /// Length of the period of x' or y' (360 degrees), or 0 where that coordinate does not wrap.
   double period_x() const;
   double period_y() const;
+  /// The image of f, whole periods off, that is nearest to `place` in x' and y'.
+  Point<Flat> beside(Point<Flat> f, Point<Flat> place) const;
 
   const AxisFrame& frame() const { return frame_; }
   /// s: +1 where z' = rho (outside work and the fixed axis), -1 where z' = -rho (inside work).

@@ -15,7 +15,7 @@ EnvelopePoint between(const Deformation& map, const EnvelopePoint& a, const Enve
   EnvelopePoint p = f < 0.5 ? a : b;
   p.patch = std::max(a.patch, b.patch);
   p.centre = lerp(a.centre, b.centre, f);
-  p.flat = map.flatten(p.centre);
+  p.flat = map.beside(map.flatten(p.centre), a.flat);
   p.axis = normalized(a.axis + (b.axis - a.axis) * f);
   const Vec3 normal = a.normal + (b.normal - a.normal) * f;
   if (length(normal) > 0.0) p.normal = normalized(normal);
@@ -127,15 +127,11 @@ std::vector<double> border_crossings(const FlatPolygon& polygon, Point<Flat> a, 
 
 /// The pass with points where it crosses the polygon's border, in pairs just on either side of it.
 Pass with_crossings(const Pass& pass, const Deformation& map, const FlatPolygon& polygon) {
-  const auto near = [](double v, double to, double period) {
-    return period > 0.0 ? v + period * std::round((to - v) / period) : v;
-  };
   Pass dense;
   for (std::size_t i = 0; i < pass.size(); ++i) {
     if (i > 0) {
       const double size = distance(pass[i - 1].centre, pass[i].centre);
-      const Point<Flat> a = pass[i - 1].flat, b = pass[i].flat;
-      const Point<Flat> next{near(b.x, a.x, map.period_x()), near(b.y, a.y, map.period_y()), b.z};
+      const Point<Flat> a = pass[i - 1].flat, next = map.beside(pass[i].flat, a);
       for (double f : border_crossings(polygon, a, next))
         for (double side : {-kTrimStep, kTrimStep})
           if (const double at = f + side / size; at > 0.0 && at < 1.0)

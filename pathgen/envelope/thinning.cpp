@@ -76,7 +76,7 @@ EnvelopePoint on_move(const EnvelopePoint& a, const EnvelopePoint& b, double f, 
   EnvelopePoint p = b;
   p.centre = lerp(a.centre, b.centre, f);
   p.axis = slerp(a.axis, b.axis, f);
-  p.flat = lerp(a.flat, b.flat, f);
+  p.flat = lerp(a.flat, map.beside(b.flat, a.flat), f);
   p.flat.z = map.flatten(p.centre).z;
   return p;
 }

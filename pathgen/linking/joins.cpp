@@ -52,7 +52,7 @@ bool Joins::may_cut(const Pass& pass) const {
     if (options_.known && !options_.known(pass[i].flat)) return false;
     if (!options_.allowed) continue;
     EnvelopePoint p = pass[i];  // a line past the seam has its points a turn on
-    p.flat.x = short_way(0.0, p.flat.x, map.period_x()), p.flat.y = short_way(0.0, p.flat.y, map.period_y());
+    p.flat = map.beside(p.flat, {});
     if (!options_.allowed(p)) return false;
   }
   std::vector<std::vector<Pass>> lines{{pass}};
@@ -92,8 +92,7 @@ std::optional<Pass> Joins::between(const End& from, const End& to) {
   const double longest = time_over(a, b);
   if (apart >= longest) return std::nullopt;
   const Deformation& map = field_.deformation;
-  const Point<Flat> end{short_way(a.flat.x, b.flat.x, map.period_x()),
-                        short_way(a.flat.y, b.flat.y, map.period_y()), b.flat.z};
+  const Point<Flat> end = map.beside(b.flat, a.flat);
   const double run = std::hypot(end.x - a.flat.x, end.y - a.flat.y);
   const auto inset = [&](Point<Flat> at, const End& e, double by) {
     const double dx = e.inward.flat.x - e.point.flat.x, dy = e.inward.flat.y - e.point.flat.y;
@@ -122,9 +121,7 @@ std::optional<Pass> Joins::round(const EnvelopePoint& a, const Pass& to) {
   if (distance(a.centre, b.centre) > options_.join_distance) return std::nullopt;
   const Deformation& map = field_.deformation;
   const Vec3 turn = to.back().flat - to.front().flat;
-  b.flat = Point<Flat>{short_way(a.flat.x, b.flat.x, map.period_x()),
-                       short_way(a.flat.y, b.flat.y, map.period_y()), b.flat.z} +
-           turn;
+  b.flat = map.beside(b.flat, a.flat) + turn;
   std::optional<Pass> pass = along(a, b, {a.flat, b.flat});
   if (!pass || !may_cut(*pass)) return std::nullopt;
   for (std::size_t i = 1; options_.straight && i < pass->size(); ++i)

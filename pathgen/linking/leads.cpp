@@ -46,8 +46,7 @@ std::vector<Point<Flat>> Leads::shape(const EnvelopePoint& end, const EnvelopePo
     for (double k = 1.0; k <= count; ++k) {
       const double turn = whole * k / count;
       const Vec3 away = up * (1.0 - std::cos(turn)) - u * std::sin(turn);
-      Point<Flat> f = map.flatten(end.centre + away * options_.lead_radius);
-      f.x = short_way(last.x, f.x, map.period_x()), f.y = short_way(last.y, f.y, map.period_y());
+      const Point<Flat> f = map.beside(map.flatten(end.centre + away * options_.lead_radius), last);
       if (!map.in_column(f, kLeastAxisDistance)) return {};
       const Vec3 there = map.axis_line(f.x, f.y).axis;
       widest = std::max(widest, length(cross(axis, there)));

@@ -94,9 +94,4 @@ inline Pose pose_at(Point<Part> reference, Vec3 axis, double reference_height) {
   return {reference - axis * reference_height, axis};
 }
 
-/// The image of `target` nearest to `from`, where the coordinate has that period (0: none).
-inline double short_way(double from, double target, double period) {
-  return period > 0.0 ? target + period * std::round((from - target) / period) : target;
-}
-
 }  // namespace tiltfeed::pathgen

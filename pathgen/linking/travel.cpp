@@ -39,8 +39,7 @@ Pose Travel::pose(Point<Flat> f) const {
 
 Travel::Way Travel::find(Point<Flat> from, Point<Flat> to, std::vector<Pose>& poses) {
   from.z = to.z = options_.clearance_z;
-  const Point<Flat> target{short_way(from.x, to.x, map_.period_x()), short_way(from.y, to.y, map_.period_y()),
-                           to.z};
+  const Point<Flat> target = map_.beside(to, from);
   const Pose start = pose(from);
   poses = poses_of({from, target}, false);
   Way way = check(start, poses, {from, target});

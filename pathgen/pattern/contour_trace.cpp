@@ -157,10 +157,8 @@ class Tracer {
   }
 
   Place near(Point<Flat> f, Place reference) const {
-    const auto turn = [](double v, double to, double period) {
-      return period > 0.0 ? v + period * std::round((to - v) / period) : v;
-    };
-    return {turn(f.x, reference.x, map_.period_x()), turn(f.y, reference.y, map_.period_y())};
+    const Point<Flat> image = map_.beside(f, {reference.x, reference.y, 0.0});
+    return {image.x, image.y};
   }
 
   /// Beyond a pole of the mode point there is no column of its own.

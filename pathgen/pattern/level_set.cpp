@@ -139,9 +139,6 @@ void LevelSet::cross_cells() {
 }
 
 void LevelSet::close_loops() {
-  const auto near = [](double value, double reference, double period) {
-    return period > 0.0 ? value + period * std::round((reference - value) / period) : value;
-  };
   std::vector<bool> done(crossings_.size(), false);
   for (std::size_t start = 0; start < crossings_.size(); ++start) {
     if (done[start]) continue;
@@ -151,8 +148,8 @@ void LevelSet::close_loops() {
       done[c] = true;
       Crossing here = crossings_[c];
       const Place last = loop.crossings.empty() ? here.outside : loop.crossings.back().outside;
-      const double dx = near(here.outside.x, last.x, grid_.x.period()) - here.outside.x;
-      const double dy = near(here.outside.y, last.y, grid_.y.period()) - here.outside.y;
+      const double dx = short_way(last.x, here.outside.x, grid_.x.period()) - here.outside.x;
+      const double dy = short_way(last.y, here.outside.y, grid_.y.period()) - here.outside.y;
       here.outside = {here.outside.x + dx, here.outside.y + dy};
       here.inside = {here.inside.x + dx, here.inside.y + dy};
       loop.crossings.push_back(here);

@@ -16,11 +16,6 @@ constexpr double kMostPlaces = 512.0;
 /// Of the cutter's radius: so much lower than the passes ways between them may be.
 constexpr double kSlack = 0.25;
 
-/// The image of a coordinate nearest to the middle, where it has that period (0: none).
-double near_middle(double low, double high, double at, double period) {
-  return period > 0.0 ? at + period * std::round((0.5 * (low + high) - at) / period) : at;
-}
-
 }  // namespace
 
 /// No square lies between two passes. Leads and joins reach a little beyond them.
@@ -71,8 +66,8 @@ double PassDepth::in(double low_x, double high_x, double low_y, double high_y) c
 }
 
 bool PassDepth::knows(Point<Flat> place) const {
-  const std::int64_t i = column(near_middle(bounds_.min_x, bounds_.max_x, place.x, period_x_)),
-                     j = row(near_middle(bounds_.min_y, bounds_.max_y, place.y, period_y_));
+  const std::int64_t i = column(short_way(0.5 * (bounds_.min_x + bounds_.max_x), place.x, period_x_)),
+                     j = row(short_way(0.5 * (bounds_.min_y + bounds_.max_y), place.y, period_y_));
   return place.z >= lowest_[static_cast<std::size_t>(j * columns_ + i)];
 }
 
