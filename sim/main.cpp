@@ -167,6 +167,7 @@ int serve(const ServeOptions& options) {
   // Whatever the profile says of the program's text: Grbl counts all axes, the ring X Y Z.
   const bool grbl_wire = !options.pty.empty() || !options.grbl_tcp.empty() || !options.grbl_ws.empty();
   motion.feed_over_all_axes = grbl_wire;
+  motion.begins_on_top = true;
   ReferenceRun reference(job->machine.model, job->setup, motion);
   const auto sink = [&](const TraceRow& row) {
     trace.take(row);

@@ -48,6 +48,11 @@ std::string tool_by_hand_advice(LinkKind kind) {
   return can_order(kind, "tool") ? "`tiltfeed machine tool` is for a tool that no program waits for" : "";
 }
 
+std::string way_free_advice(LinkKind kind) {
+  return "take the tool to where the way is free (" +
+         std::string(can_order(kind, "jog") ? "`tiltfeed machine jog`" : "by hand at the control") + ")";
+}
+
 std::string forget_advice(LinkKind kind) {
   if (can_order(kind, "reset")) return "`tiltfeed reset` ends what the controller may still have of it";
   return "a reset at the control ends what it may still have of it";

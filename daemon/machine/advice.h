@@ -24,6 +24,8 @@ std::string tool_off_advice(LinkKind kind, const config::ProgramFormat& format);
 std::string cut_way_advice(LinkKind kind, const config::ProgramFormat& format);
 /// For who has no tool change to end; empty: nothing.
 std::string tool_by_hand_advice(LinkKind kind);
+/// For who is to take the tool by hand to where a way is free.
+std::string way_free_advice(LinkKind kind);
 /// How a controller forgets what it may still have of a job.
 std::string forget_advice(LinkKind kind);
 /// How a machine comes out of a state in which it takes no program.

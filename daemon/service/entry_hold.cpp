@@ -13,6 +13,7 @@
 
 #include "config/child_process.h"
 #include "daemon/journal/in_force.h"
+#include "daemon/machine/advice.h"
 #include "daemon/machine/machine_place.h"
 #include "daemon/program/line_reader.h"
 #include "daemon/program/numeric_block.h"
@@ -169,26 +170,26 @@ Result<std::string> hold_entry(const Reentry& entry, const EntrySetup& setup) {
 }
 
 Result<std::string> hold_start(const std::string& program, const config::MachineProfile& machine,
-                               const Joints& stands, const EntrySetup& setup) {
+                               const Joints& stands, const EntrySetup& setup, LinkKind link) {
   const Result<std::string> moves = moves_to_first_place(program, machine.model);
   if (!moves) return not_held(moves.error().message);
   // No tool begins in the part: unlike at an entry nothing was cut yet, and it can be taken off by hand.
-  return hold({kModes + place_line(machine, stands), "", *moves, true,
-               "take the tool to where the way is free (`tiltfeed machine jog`), then start again"},
-              setup);
+  return hold(
+      {kModes + place_line(machine, stands), "", *moves, true, way_free_advice(link) + ", then start again"},
+      setup);
 }
 
 Result<std::string> hold_way_back(const std::string& way, const config::MachineProfile& machine,
-                                  const Joints& stands, const EntrySetup& setup) {
+                                  const Joints& stands, const EntrySetup& setup, LinkKind link) {
   if (setup.job.empty())
     return not_held("the program was handed in by itself, without a job that states them");
   std::string moves;
   std::istringstream in(way);
   for (std::string line; std::getline(in, line);)
     if (line.starts_with("G0") || line.starts_with("G1") || line.starts_with("G53")) moves += line + "\n";
-  return hold({kModes + place_line(machine, stands), "", moves, true,
-               "take the tool to where the way is free (`tiltfeed machine jog`), then say it again"},
-              setup);
+  return hold(
+      {kModes + place_line(machine, stands), "", moves, true, way_free_advice(link) + ", then say it again"},
+      setup);
 }
 
 Result<std::optional<Joints>> where_it_stands(const LinkSpec& link, const MachineModel& machine) {

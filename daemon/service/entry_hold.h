@@ -30,12 +30,12 @@ Result<std::string> hold_entry(const Reentry& entry, const EntrySetup& setup);
 /// program was planned. The tool is the one of the job's first operation, whatever is in the spindle before
 /// the program changes it. Requires: a job. Errors: likewise.
 Result<std::string> hold_start(const std::string& program, const config::MachineProfile& machine,
-                               const Joints& stands, const EntrySetup& setup);
+                               const Joints& stands, const EntrySetup& setup, LinkKind link);
 
 /// The same of the way back from a tool change, a small program of its own (tool_return.h), to its end, with
 /// the tool of the setup's operation. Errors: likewise.
 Result<std::string> hold_way_back(const std::string& way, const config::MachineProfile& machine,
-                                  const Joints& stands, const EntrySetup& setup);
+                                  const Joints& stands, const EntrySetup& setup, LinkKind link);
 
 /// Where the machine says that it stands; nothing: this link does not tell. Errors: kUsage: it takes no
 /// program where it stands; kLink.

@@ -75,7 +75,7 @@ Result<std::string> hold_way_in(const std::string& program, const std::string& y
   if (const auto operations = read_operations(program, link.kind, machine.model);
       operations && !operations->empty())
     setup.operation = operations->front().name;
-  auto held = hold_start(program, machine, **stands, setup);
+  auto held = hold_start(program, machine, **stands, setup, link.kind);
   if (held && !held->empty()) held->pop_back();  // its line's end
   return held;
 }

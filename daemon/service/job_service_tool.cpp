@@ -57,7 +57,7 @@ Result<ToolWay> plan_way_back(const WayOrder& order, const LinkSpec& link) {
         (stands ? std::string("the machine does not report where it stands") : stands.error().message) + "\n";
     return way;
   }
-  const Result<std::string> held = hold_way_back(way->program, order.machine, **stands, setup);
+  const Result<std::string> held = hold_way_back(way->program, order.machine, **stands, setup, link.kind);
   if (!held) return tl::unexpected<Error>(held.error());
   way->preview += *held;
   return way;

@@ -38,8 +38,8 @@ Motion::Motion(MachineModel machine, Setup setup, std::size_t slots, Sink sink, 
   assert(slots_ >= 1);
   const MachineModel& m = machine_;
   at_ = {nearest_to_zero(m.x.min, m.x.max), nearest_to_zero(m.y.min, m.y.max),
-         nearest_to_zero(m.z.min, m.z.max), nearest_to_zero(m.tilt.min, m.tilt.max),
-         nearest_to_zero(m.rotary.min, m.rotary.max)};
+         options_.begins_on_top ? m.z.max : nearest_to_zero(m.z.min, m.z.max),
+         nearest_to_zero(m.tilt.min, m.tilt.max), nearest_to_zero(m.rotary.min, m.rotary.max)};
   last_ = at_;
 }
 

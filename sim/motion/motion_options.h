@@ -16,6 +16,7 @@ struct MotionOptions {
       false;                     ///< G94: F over the way of all axes, mm and degrees alike (Grbl), not X Y Z
   double mm_per_degree = 1.0;    ///< of that way
   bool still_takes_slot = true;  ///< false: a move without way takes no slot of the planner (Grbl, Marlin)
+  bool begins_on_top = false;    ///< Z at the upper end of its travel, as after homing; else at zero
 };
 
 /// What the profile states; G94 as its dialect reads it.

@@ -73,7 +73,7 @@ config::ProgramFormat without_retract() {
 TEST(Advice, EveryTextNamesWhatItsLinkHas) {
   for (const LinkKind kind : kKinds)
     for (const std::string& text : {tool_off_advice(kind, {}), tool_off_advice(kind, without_retract()),
-                                    tool_by_hand_advice(kind), forget_advice(kind)})
+                                    tool_by_hand_advice(kind), forget_advice(kind), way_free_advice(kind)})
       for (const std::string& name : named_in(text))
         EXPECT_TRUE(can_order(kind, name)) << static_cast<int>(kind) << ": " << text;
 }

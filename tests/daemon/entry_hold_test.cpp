@@ -91,11 +91,11 @@ class EntryShop {
     const std::string text = "G21 G90 G17 G40 G49 G54 G94\nT1\nM0\n" + head + "G0 X0 Y0\nG0 Z" +
                              decimal(place({0, 0, 40}, 0.0).z, 4) + "\nG1 Z" +
                              decimal(place({0, 0, 20}, 0.0).z, 4) + " F500\nM2\n";
-    return hold_start(folder_.write("start.nc", text), profile_, stands, setup_files_);
+    return hold_start(folder_.write("start.nc", text), profile_, stands, setup_files_, LinkKind::kGrbl);
   }
 
   Result<std::string> back_held(const Joints& stands, const std::string& way) const {
-    return hold_way_back(way, profile_, stands, setup_files_);
+    return hold_way_back(way, profile_, stands, setup_files_, LinkKind::kGrbl);
   }
 
   EntrySetup setup_files_;

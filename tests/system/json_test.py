@@ -129,7 +129,7 @@ def walk(run, ask):
     wide = f"{work}/wide.nc"
     with open(wide, "w", encoding="ascii") as out:
         out.write("G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\nG93\n" + "".join(f"G1X{i % 97}F60\n" for i in range(5000)) + "G94\nM2\n")
-    run.configure("grbl-tcp:" + run.simulate("--grbl-tcp", "127.0.0.1:0", "--speed", "1", "--probe-plate", "-820"))
+    run.configure("grbl-tcp:" + run.simulate("--grbl-tcp", "127.0.0.1:0", "--speed", "1", "--probe-plate", "-20"))
     machine = ask("serve", "--check", "--config", f"{work}/service.yaml")
     run.want(machine["queue"] == "", "a queue that nobody has named")
     run.want(machine["link"].startswith("grbl-tcp:127.0.0.1:") and machine["machine"] == "generic-ac", f"not that service: {machine}")

@@ -83,7 +83,7 @@ def main():
         run.serve_ready()
         submit(run, "job.yaml", 1)
         submit(run, "bare.nc", 2)
-        jog(run, "Z+200")
+        jog(run, "Z-600")  # from the top of its travel
         jog(run, "X+250 Y+250")
         rapids = lambda: [axes(row) for row in run.rows() if row["op"] == "rapid"]
         status, said = run.tiltfeed("start", "1")
