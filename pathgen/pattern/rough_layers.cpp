@@ -129,7 +129,7 @@ class Layering {
 
   /// Points of the floor between two of them, until straight moves stay on it.
   void refine(const EnvelopePoint& a, const EnvelopePoint& b, int depth) {
-    const EnvelopePoint middle = on_floor(lerp(a.flat, map_.beside(b.flat, a.flat), 0.5), a.patch);
+    const EnvelopePoint middle = on_floor(lerp(a.flat, b.flat, 0.5), a.patch);
     const double off = distance(middle.centre, lerp(a.centre, b.centre, 0.5));
     if (depth == kMostFloorHalvings ||
         (off <= layer_.tolerance && length(cross(a.axis, b.axis)) <= layer_.max_axis_step &&
