@@ -34,6 +34,9 @@
 #include <XCAFDoc_DocumentTool.hxx>
 #include <XCAFDoc_ShapeTool.hxx>
 #include <cmath>
+#include <gp_Circ.hxx>
+#include <gp_Pln.hxx>
+
 #include <cstdio>
 #include <string>
 
@@ -102,7 +105,20 @@ TopoDS_Shape spline_block() {
   return BRepPrimAPI_MakePrism(top, gp_Vec(0, 0, -20)).Shape();
 }
 
+/// A flat ring.
+TopoDS_Shape ring(double inner) {
+  const auto circle = [](double radius) {
+    const gp_Circ round(gp_Ax2(gp_Pnt(0, 0, 0), gp::DZ()), radius);
+    return BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(round)).Wire();
+  };
+  BRepBuilderAPI_MakeFace face(gp_Pln(gp::XOY()), circle(kRingOuter));
+  face.Add(TopoDS::Wire(circle(inner).Reversed()));
+  return face.Face();
+}
+
 void write_all(const std::string& folder) {
+  write_step(ring(kWasherInner), folder + "/washer.step");
+  write_step(ring(kRingInner), folder + "/ring.step");
   write_step(BRepPrimAPI_MakeCylinder(kCylinderRadius, 30).Shape(), folder + "/cylinder.step");
   write_step(BRepPrimAPI_MakeSphere(kSphereRadius).Shape(), folder + "/sphere.step");
   write_step(BRepPrimAPI_MakeTorus(kTorusMajor, kTorusMinor).Shape(), folder + "/torus.step");

@@ -10,6 +10,8 @@
 namespace tiltfeed::cad_shapes {
 
 inline constexpr double kCylinderRadius = 20.0, kSphereRadius = 20.0, kTorusMajor = 20.0, kTorusMinor = 5.0;
+/// Flat rings. One is narrower than chords of its circles are off them in a coarse mesh.
+inline constexpr double kRingOuter = 20.02, kRingInner = 20.0, kWasherInner = 5.0;
 inline constexpr double kConeLower = 15.0;  // radius at z = 0; 5 at z = 20
 inline constexpr int kMixedGreen = 0x80;
 

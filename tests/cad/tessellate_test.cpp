@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <functional>
+#include <map>
 #include <random>
 
 #include "cad/shape/iges_file.h"
@@ -169,6 +170,35 @@ TEST(Tessellate, BodiesAreClosed) {
               std::string(file).find("inch") != std::string::npos)
         << all.model.unit;
     EXPECT_EQ(all.model.unit_mm, std::string(file).find("inch") != std::string::npos ? 25.4 : 1.0);
+  }
+}
+
+// A flat face has facets on its surface whatever its outline is: its sides are held against its edges.
+// Between edges that run close by no facet folds over another.
+TEST(Tessellate, AFlatFacesOutlineKeepsToItsEdges) {
+  constexpr double kAllowed = 0.002;
+  for (const auto& [file, inner] :
+       {std::pair{"washer.step", kWasherInner}, std::pair{"ring.step", kRingInner}}) {
+    SCOPED_TRACE(file);
+    const Tessellated all = made(load_step(cad_file(file)), kAllowed);
+    ASSERT_EQ(all.facets.size(), 1u);
+    const std::vector<Point<Part>>& corners = all.facets[0].corners;
+    double area = 0.0;
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int> sides;
+    for (const auto& facet : all.facets[0].facets) {
+      const Vec3 across =
+          cross(corners[facet[1]] - corners[facet[0]], corners[facet[2]] - corners[facet[0]]) * 0.5;
+      EXPECT_GT(across.z, 0.0);
+      area += across.z;
+      for (std::size_t k = 0; k < 3; ++k) ++sides[std::minmax(facet[k], facet[(k + 1) % 3])];
+    }
+    EXPECT_NEAR(area, kPi * (kRingOuter * kRingOuter - inner * inner), 2.0 * kPi * kRingOuter * kAllowed);
+    for (const auto& [side, times] : sides) {
+      if (times == 2) continue;
+      const Point<Part> middle = lerp(corners[side.first], corners[side.second], 0.5);
+      const double radius = std::hypot(middle.x, middle.y);
+      EXPECT_LE(std::min(std::abs(radius - kRingOuter), std::abs(radius - inner)), kAllowed);
+    }
   }
 }
 
