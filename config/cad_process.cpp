@@ -132,9 +132,10 @@ Error ended(int status, const std::string& said, const std::string& path) {
   std::string how = signal == 0 ? "ended with status " + std::to_string(WEXITSTATUS(status))
                                 : "ended by signal " + std::to_string(signal);
   if (limit) how += ", which is more memory or processor time than it may have";
-  return {limit ? Code::kLimit : Code::kInput, path + ": the reader of CAD files " + how +
-                                                   (text.empty() ? "" : ": it " + text) +
-                                                   "; export the part again, or as STL"};
+  const bool told = signal == SIGTERM || signal == SIGINT || signal == SIGHUP;
+  return {limit ? Code::kLimit : Code::kInput,
+          path + ": the reader of CAD files " + how + (text.empty() ? "" : ": it " + text) +
+              (told ? "; it was told to end: start again" : "; export the part again, or as STL")};
 }
 
 }  // namespace

@@ -42,6 +42,10 @@ BodyMesh split_within(const LoadedBody& body, double allowed, std::size_t most) 
     }
     mesh.faces.push_back(std::move(face));
   }
+  // No splitting mends that.
+  for (std::size_t i = 0; i < mesh.faces.size(); ++i)
+    if (mesh.faces[i]->at_corners() > mesh.faces[mesh.worst]->at_corners()) mesh.worst = i;
+  if (mesh.faces.empty() || mesh.faces[mesh.worst]->at_corners() > allowed) return mesh;
   EdgeHalves halves;
   for (int round = 0; measure(mesh, body, allowed, halves); ++round) {
     if (round == kMostSplits || mesh.facets > most) break;

@@ -24,7 +24,8 @@ struct BodyMesh {
 
 /// Of a body that OpenCASCADE has meshed. Properties: 1 faces along an edge have the same corners there, if
 /// they had them before. 2 Facets that are within `allowed` (mm), of sides within it, are left as they were.
-/// 3 Ends over `most` facets, after kMostSplits, or where a facet would fold over its neighbour.
+/// 3 Ends over `most` facets, after kMostSplits, where a facet would fold over its neighbour, and before the
+/// first split where a corner is further off than `allowed`.
 BodyMesh split_within(const LoadedBody& body, double allowed, std::size_t most);
 
 }  // namespace tiltfeed::cad

@@ -34,6 +34,7 @@ TEST(CadProcess, HowItEnds) {
       "ended by signal 11: it failed inside OpenCASCADE while making shapes of part.step, after #7 "
       "EDGE_CURVE");
   expect_end(run_shell("kill -KILL $$"), Code::kLimit, "more memory or processor time than it may have");
+  expect_end(run_shell("kill -TERM $$"), Code::kInput, "it was told to end: start again");
   expect_end(run_shell("exit 3"), Code::kInput, "ended with status 3");
   expect_end(run_shell("exit 0"), Code::kInput, "is cut short");
   expect_end(run_shell("printf 'TFCAD 1\\nrubbish, and more of it'"), Code::kInput, "wrong check sum");
