@@ -25,7 +25,7 @@ namespace tiltfeed::config {
 namespace {
 
 constexpr double kMostBlended = 0.5;  // of the tolerance
-constexpr std::size_t kMostBodies = 100;
+constexpr std::size_t kMostPartBodies = 100;
 constexpr Range kAvoided{0.001, 100.0};  // mm
 // A direction that a machine misses by so much (rad) it does not give: more than any axis tolerance.
 constexpr double kAxisMissed = 0.05;
@@ -66,8 +66,8 @@ Job read_job(const Section& root, const std::string& path, const ToolLibrary* to
   job.plan.name = part.name("name");
   job.stl_path = beside_file(path, part.text("stl"));
   job.stl_unit_mm = read_stl_unit(part);
-  job.bodies = part.lines("bodies", kMostBodies);
-  job.avoid_faces = part.lines("avoid_faces", kMostBodies);
+  job.bodies = part.lines("bodies", kMostPartBodies);
+  job.avoid_faces = part.lines("avoid_faces", kMostPartBodies);
   job.avoid = part.number("avoid_mm", kAvoided, job.avoid);
   if (job.avoid_faces.empty()) part.unused("avoid_mm", "without avoid_faces");
   const CutterChoice choice = read_cutter(root, tools);

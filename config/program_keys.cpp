@@ -21,10 +21,10 @@ constexpr Range kBlend{0.001, 1.0};                  // mm
 constexpr Range kStartBelow{0.0, 10'000.0};          // mm
 constexpr int kMostBlocks = 1'000'000'000;
 constexpr int kMostProgramBytes = 2'000'000'000;
-constexpr std::size_t kMostWords = 40;  // characters of words that a profile states
-constexpr std::size_t kMostName = 32;   // of swivel data: STRING[32] in the call
-constexpr std::size_t kMostLines = 20;  // of `start` and of `end`
-constexpr std::size_t kMostLine = 72;   // characters of one of them
+constexpr std::size_t kMostWords = 40;       // characters of words that a profile states
+constexpr std::size_t kMostSwivelName = 32;  // of swivel data: STRING[32] in the call
+constexpr std::size_t kMostLines = 20;       // of `start` and of `end`
+constexpr std::size_t kMostLine = 72;        // characters of one of them
 
 constexpr std::initializer_list<EnumWord<FeedMode>> kFeedModes{{"inverse_time", FeedMode::kInverseTime},
                                                                {"per_minute", FeedMode::kPerMinute}};
@@ -101,10 +101,10 @@ std::string read_swivel_data(const Section& program, Dialect dialect) {
   });
   if (name == "0")
     program.complain("swivel_data", "the name 0 ends the swivel data of the control; expected another name");
-  else if (!plain || name.size() > kMostName)
+  else if (!plain || name.size() > kMostSwivelName)
     program.complain("swivel_data", "expected the name of the control's swivel data, at most " +
-                                        std::to_string(kMostName) + " of A-Z 0-9 _ - ., found \"" + name +
-                                        "\"");
+                                        std::to_string(kMostSwivelName) + " of A-Z 0-9 _ - ., found \"" +
+                                        name + "\"");
   return name;
 }
 

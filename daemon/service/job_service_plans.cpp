@@ -19,7 +19,7 @@ using std::chrono::steady_clock;
 /// The shop's thread has asked lately: the database is there.
 constexpr std::chrono::seconds kContact{30};
 /// While a planner stands for want of knowing who has an order, the shop's thread looks again so soon.
-constexpr std::chrono::seconds kSoon{2};
+constexpr std::chrono::seconds kSoonAsked{2};
 
 /// SHA-256 of the profile's file, as an order of planning has it; empty: it cannot be read.
 std::string digest_of(const std::string& path) {
@@ -57,7 +57,7 @@ bool JobService::is_planned_elsewhere(const SpooledJob& job, bool free) {
   const auto now = steady_clock::now();
   const bool works = is_at_work();
   if (const PlanOrders::Order* order = orders_.of(job.id)) {
-    if (free && order->standing.state == PlanState::kOpen && now - shop_asked_ > kSoon) shop_wake_();
+    if (free && order->standing.state == PlanState::kOpen && now - shop_asked_ > kSoonAsked) shop_wake_();
     if (!free || !orders_.is_over(*order, works, now)) return true;
     ++counts_.orders["not taken"];
     orders_.refuse(job.id);

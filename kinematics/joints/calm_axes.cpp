@@ -19,15 +19,15 @@ constexpr double kStrays = 0.25;
 /// A move without a way takes so long at least, s.
 constexpr double kLeastSeconds = 1e-4;
 /// Where the tool is not clear the cone about the nodes there is halved, so often; then it is closed.
-constexpr int kHalvings = 3;
+constexpr int kCalmHalvings = 3;
 /// After so many rounds it is closed at once, and the axes elsewhere stay as they are.
-constexpr int kMostRounds = 12;
+constexpr int kMostCalmRounds = 12;
 /// So many cones from the table's axis, at either end of it, the axis is kept: turns say little there.
 constexpr double kPoleCones = 2.0;
 /// A point that leans by less (rad) does not lean.
-constexpr double kNoLean = 1e-9;
+constexpr double kNoCalmLean = 1e-9;
 /// Sine of the angle from the table's axis within which it is taken to have no turn.
-constexpr double kOnPole = 1e-9;
+constexpr double kOnCalmPole = 1e-9;
 /// The bow of the ball's centre in a move that turns by d is r d^2 / 8; with some room.
 constexpr double kBow = 8.0 * 0.8;
 
@@ -49,7 +49,7 @@ std::vector<CutRun> runs_of(const ToolPath& path) {
 }
 
 /// A point of the path or between two of them.
-struct Station {
+struct CalmStation {
   Move move;
   double seconds = 0.0;  ///< since the run began, at the programmed feed
   AxisAngles axis;       ///< of the move's pose
@@ -80,8 +80,8 @@ class Calmer {
   Calmed calm(const CutRun& run) const;
 
  private:
-  std::vector<Station> stations(const CutRun& run) const;
-  std::vector<std::size_t> nodes(const std::vector<Station>& stations) const;
+  std::vector<CalmStation> stations(const CutRun& run) const;
+  std::vector<std::size_t> nodes(const std::vector<CalmStation>& stations) const;
   AxisAngles angles(Vec3 axis, double before) const;
   Vec3 axis(const AxisAngles& angles) const;
   Point<Part> centre(const Pose& pose) const { return pose.tip + pose.axis * radius_; }
@@ -97,7 +97,7 @@ class Calmer {
 AxisAngles Calmer::angles(Vec3 axis, double before) const {
   const double x = dot(axis, x_), y = dot(axis, y_), z = dot(axis, up_);
   const double tilt = std::atan2(std::hypot(x, y), z);
-  const double turn = std::hypot(x, y) > kOnPole ? std::atan2(y, x) : before;
+  const double turn = std::hypot(x, y) > kOnCalmPole ? std::atan2(y, x) : before;
   return {tilt, before + std::remainder(turn - before, 2.0 * kPi)};
 }
 
@@ -106,8 +106,8 @@ Vec3 Calmer::axis(const AxisAngles& a) const {
                     (x_ * std::cos(a.turn) + y_ * std::sin(a.turn)) * std::sin(a.tilt));
 }
 
-std::vector<Station> Calmer::stations(const CutRun& run) const {
-  std::vector<Station> out{
+std::vector<CalmStation> Calmer::stations(const CutRun& run) const {
+  std::vector<CalmStation> out{
       {path_.moves[run.first], 0.0, angles(path_.moves[run.first].pose.axis, 0.0), true}};
   for (std::size_t i = run.first + 1; i <= run.last; ++i) {
     const Pose &a = path_.moves[i - 1].pose, &b = path_.moves[i].pose;
@@ -117,7 +117,7 @@ std::vector<Station> Calmer::stations(const CutRun& run) const {
     const double before = out.back().seconds, angle = angle_between(a.axis, b.axis);
     for (int k = 1; k <= pieces; ++k) {
       const double f = static_cast<double>(k) / pieces;
-      Station next{path_.moves[i], before + f * seconds, {}, k == pieces};
+      CalmStation next{path_.moves[i], before + f * seconds, {}, k == pieces};
       if (k < pieces)
         next.move.pose = stand(from + (to - from) * f, angle > 0.0 ? slerp(a.axis, b.axis, f) : a.axis);
       next.axis = angles(next.move.pose.axis, out.back().axis.turn);
@@ -128,7 +128,7 @@ std::vector<Station> Calmer::stations(const CutRun& run) const {
 }
 
 /// Between two of them the planned axes are near the even way from the one to the other.
-std::vector<std::size_t> Calmer::nodes(const std::vector<Station>& s) const {
+std::vector<std::size_t> Calmer::nodes(const std::vector<CalmStation>& s) const {
   std::vector<std::size_t> out{0};
   const auto even = [&](std::size_t a, std::size_t b) {
     for (std::size_t k = a + 1; k < b; ++k) {
@@ -146,7 +146,7 @@ std::vector<std::size_t> Calmer::nodes(const std::vector<Station>& s) const {
 }
 
 Calmed Calmer::calm(const CutRun& run) const {
-  const std::vector<Station> s = stations(run);
+  const std::vector<CalmStation> s = stations(run);
   const std::vector<std::size_t> at = nodes(s);
   Calmed out;
   std::vector<TurnNode> nodes;
@@ -166,8 +166,8 @@ Calmed Calmer::calm(const CutRun& run) const {
     put(0, s[0].move.pose.axis);
     for (std::size_t j = 0; j + 1 < at.size(); ++j) {
       const double whole = s[at[j + 1]].seconds - s[at[j]].seconds;
-      const bool leans = angle_between(axes[j], nodes[j].axis) > kNoLean ||
-                         angle_between(axes[j + 1], nodes[j + 1].axis) > kNoLean;
+      const bool leans = angle_between(axes[j], nodes[j].axis) > kNoCalmLean ||
+                         angle_between(axes[j + 1], nodes[j + 1].axis) > kNoCalmLean;
       for (std::size_t k = at[j] + 1; k <= at[j + 1]; ++k) {
         const bool keeps = k == at[j + 1] && nodes[j + 1].cone <= 0.0;
         const double f = (s[k].seconds - s[at[j]].seconds) / whole;
@@ -193,10 +193,10 @@ Calmed Calmer::calm(const CutRun& run) const {
         }
     for (std::size_t k = 1; k < s.size(); ++k) held[k] = bad[k] ? 0 : 1;
     if (!any) break;
-    const bool late = round >= kMostRounds;
+    const bool late = round >= kMostCalmRounds;
     for (std::size_t j = 0; j < nodes.size(); ++j) {
       if (!wanted[j]) continue;
-      nodes[j].cone = late || ++halved[j] > kHalvings ? 0.0 : nodes[j].cone / 2.0;
+      nodes[j].cone = late || ++halved[j] > kCalmHalvings ? 0.0 : nodes[j].cone / 2.0;
       if (late) axes[j] = nodes[j].axis;
     }
     if (!late) axes = even_turn(nodes, axes);

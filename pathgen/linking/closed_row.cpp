@@ -8,7 +8,7 @@ namespace tiltfeed::pathgen {
 namespace {
 
 /// Both ends of a closed row are the same place, to rounding (mm); of their axes the same (rad).
-constexpr double kSamePlace = 1e-6;
+constexpr double kSamePlaceOfRow = 1e-6;
 /// Fewer points make no ring.
 constexpr std::size_t kFewestPoints = 4;
 
@@ -45,8 +45,8 @@ class Ring {
 bool goes_round(const Pass& row) {
   if (row.size() < kFewestPoints) return false;
   const EnvelopePoint &a = row.front(), &b = row.back();
-  return distance(a.centre, b.centre) <= kSamePlace && length(a.axis - b.axis) <= kSamePlace &&
-         std::hypot(b.flat.x - a.flat.x, b.flat.y - a.flat.y) > kSamePlace;
+  return distance(a.centre, b.centre) <= kSamePlaceOfRow && length(a.axis - b.axis) <= kSamePlaceOfRow &&
+         std::hypot(b.flat.x - a.flat.x, b.flat.y - a.flat.y) > kSamePlaceOfRow;
 }
 
 Pass begun_near(const Pass& row, bool reversed, Point<Part> from) {

@@ -8,6 +8,7 @@ Between the rooms of a folder: as the rows tiltfeed_room(NAME USES ...) of its C
 Files of a folder form no circles, header and source counted as one.
 A folder's sources open the namespace tiltfeed::FOLDER; kinematics, on which all stand, opens tiltfeed.
 In headers no library beside the standard one, tl::expected in kinematics/basics/result.h excepted.
+Types and constants of unnamed namespaces have names that no other source of their room uses: they are compiled together.
 
   arrows_test.py [ROOT]        checks the tree (default: the one this script is in)
   arrows_test.py --self-test   puts each kind of wrong include into a small tree and expects it to be found
@@ -35,6 +36,9 @@ SIM_DATA = ("mesh/mesh.h", "mesh/mesh_check.h", "mesh/stl.h", "options/cutter.h"
 LIBRARY_IN_HEADER = ("kinematics/basics/result.h", "tl/expected.hpp")
 INCLUDE = re.compile(r'\s*#\s*include\s*(["<])([^">]*)[">]')
 NAMESPACE = re.compile(r"namespace (tiltfeed[\w:]*) \{")
+TYPE = re.compile(r"(?:struct|class|enum(?: class)?) (\w+)\b[^;]*$")
+CONSTANT = re.compile(r"const(?:expr)? [^=;(]*?[ *&](k[A-Z]\w*)")
+NEXT_CONSTANT = re.compile(r", (k[A-Z]\w*)(?= ?[={])")
 ROW = re.compile(r"^tiltfeed_room\(([^)]*)\)", re.M)
 
 
@@ -116,12 +120,28 @@ def namespaces_of(folder, name):
     return ("tiltfeed",) if folder == "kinematics" else (f"tiltfeed::{folder}",)
 
 
+def local_names(lines):
+    """(name, line) of each type and constant of the unnamed namespaces: those that begin at a line's first column."""
+    inside = False
+    for number, line in enumerate(lines, 1):
+        if line.startswith("namespace {"):
+            inside = True
+        elif line.startswith("}  // namespace"):
+            inside = False
+        elif inside:
+            kind, constant = TYPE.match(line), CONSTANT.match(line)
+            if kind:
+                yield kind[1], number
+            if constant:
+                yield from ((name, number) for name in [constant[1], *NEXT_CONSTANT.findall(line)])
+
+
 def check(root):
     """The complaints about a tree."""
     missing = [folder for folder in FOLDERS if not os.path.isdir(f"{root}/{folder}")]
     if missing:
         return [f"{root}: no folder {', '.join(missing)}"]
-    complaints, graph = [], {}
+    complaints, graph, local = [], {}, {}
     rooms = {folder: rooms_of(root, folder) for folder in FOLDERS}
     for folder, rows in rooms.items():
         seen = []
@@ -135,7 +155,12 @@ def check(root):
         if rooms[file.split("/")[0]] and room(file) and room(file) not in rooms[file.split("/")[0]]:
             complaints.append(f"{file}: its folder has no row tiltfeed_room({room(file)} ...)")
         with open(f"{root}/{file}", encoding="utf-8") as text:
-            for number, line in enumerate(text, 1):
+            lines = text.readlines()
+            for name, number in local_names(lines) if file.endswith(".cpp") and not file.startswith("tests/") else ():
+                other = local.setdefault((os.path.dirname(file), name), file)
+                if other != file:
+                    complaints.append(f"{file}:{number}: {name} is in {other}, too, and both are compiled together: give it a name of its own")
+            for number, line in enumerate(lines, 1):
                 opened = NAMESPACE.match(line)
                 if opened and opened[1] not in namespaces_of(file.split("/")[0], opened[1]):
                     complaints.append(f"{file}:{number}: opens {opened[1]}, which is not its folder's namespace")
@@ -241,6 +266,15 @@ def self_test():
                 put(root, file, GOOD[file])
             else:
                 os.remove(f"{root}/{file}")
+        put(root, "pathgen/mesh/names.cpp", "namespace {\nstruct Station {\n};\nconstexpr int kA = 1, kB = 2;\n}  // namespace\nstruct Own {\n};\n")
+        for text in ("struct Station {", "constexpr double kA = 3;", "const std::string kB(1, 'b');", "enum class kB {", "constexpr int kC = 1, kA{2};"):
+            put(root, "pathgen/mesh/wrong.cpp", f"namespace {{\n{text}\n}}  // namespace\n")
+            if not check(root):
+                failed.append(f"a second {text} in a room was not found")
+        put(root, "pathgen/mesh/wrong.cpp", "namespace {\nstruct Own {\n};\nstruct Station;\n  struct Station {\nconstexpr int kD = kA;\n}  // namespace\n")
+        put(root, "pathgen/plan/names.cpp", "namespace {\nstruct Station {\n};\n}  // namespace\n")
+        failed += [f"names that meet nowhere were refused: {complaint}" for complaint in check(root)]
+        os.remove(f"{root}/pathgen/mesh/wrong.cpp")
         for file, text in (("daemon/post/wrong.h", "namespace tiltfeed {\n"), ("kinematics/basics/wrong.h", "namespace tiltfeed::sim {\n")):
             put(root, file, text)
             if not check(root):
