@@ -36,6 +36,15 @@ std::pair<std::size_t, std::size_t> password_parameter(std::string_view url, std
   return {begin, std::min(url.find('&', begin), url.size()) - begin};
 }
 
+/// libpq decodes names, too; all of its names are letters, so one with a % has something to hide.
+bool has_coded_name(std::string_view url) {
+  for (std::size_t at = url.find('?'); at != url.npos; at = url.find('&', at + 1)) {
+    const std::string_view name = url.substr(at + 1, url.find_first_of("=&", at + 1) - at - 1);
+    if (name.find('%') != name.npos) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 Result<void> check_queue_url(const std::string& url) {
@@ -50,11 +59,14 @@ Result<void> check_queue_url(const std::string& url) {
     return fail(Code::kInput,
                 "no password stands here, where others may read it: leave it out and put it into a file of "
                 "mode 0600, as HOST:PORT:DATABASE:USER:PASSWORD, and add ?passfile=FILE");
+  if (has_coded_name(url))
+    return fail(Code::kInput, "the name of a parameter has %XX in it: write it with letters, as ?sslmode=");
   return {};
 }
 
 std::string shown_queue(const std::string& url) {
   std::string shown = url;
+  if (has_coded_name(shown)) shown.replace(shown.find('?'), shown.npos, kMask);
   if (const auto [at, size] = password_of(shown); at > 0) shown.replace(at, size, kMask);
   for (auto [at, size] = password_parameter(shown, 0); at > 0;) {
     shown.replace(at, size, kMask);

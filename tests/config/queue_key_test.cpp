@@ -18,7 +18,7 @@ TEST(QueueKey, AddressesThatAreTaken) {
   for (const char* good :
        {"postgresql://shop@db.example/shop", "postgres://shop@db:5432/shop?sslmode=verify-full",
         "postgresql:///shop?host=/run/postgresql", "postgresql://shop@a,b/shop?passfile=/etc/tiltfeed/pgpass",
-        "postgresql://db/shop?user=x@y"})
+        "postgresql://db/shop?user=x@y", "postgresql://a%40b@db/shop?options=-c%20x%3D1&sslmode=require"})
     EXPECT_TRUE(check_queue_url(good)) << good;
 }
 
@@ -27,6 +27,8 @@ TEST(QueueKey, APasswordIsRefusedAndNeverRepeated) {
        {"postgresql://shop:geheim@db/shop", "postgresql://:geheim@db/shop",
         "postgresql://shop:gehe?imgeheim@db/shop", "postgresql://shop@db/shop?password=geheim",
         "postgresql://shop@db/shop?sslmode=require&sslpassword=geheim",
+        "postgresql://shop@db/shop?pass%77ord=geheim",
+        "postgresql://shop@db/shop?sslmode=require&%70assword=geheim",
         "postgresql://shop:@db/shop?password=geheim&password=geheim", "mysql://shop:geheim@db/shop",
         "postgresql://shop:geheim@db/sh op"}) {
     const auto checked = check_queue_url(bad);
