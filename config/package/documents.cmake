@@ -1,5 +1,7 @@
 # cmake -D PROGRAM=tiltfeed -D SOURCE=... -D OUT=... -D CONTACT=... -D VERSION=... -P documents.cmake: the tree that goes
 # to /usr/share, packed without times of this moment: those of the commit, where there is one.
+include(${SOURCE}/config/package/package_version.cmake)
+tiltfeed_package_version(VERSION ${SOURCE} ${VERSION})
 execute_process(COMMAND git -C ${SOURCE} log -1 --format=%cs%n%cD OUTPUT_VARIABLE dates OUTPUT_STRIP_TRAILING_WHITESPACE
                 ERROR_QUIET)
 if(dates MATCHES "^(.*)\n(.*)$")

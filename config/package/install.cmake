@@ -73,7 +73,7 @@ add_custom_command(OUTPUT install/manual.stamp
                            -D CONTACT=${CPACK_PACKAGE_CONTACT} -D VERSION=${PROJECT_VERSION}
                            -P ${CMAKE_SOURCE_DIR}/config/package/documents.cmake
                    COMMAND ${CMAKE_COMMAND} -E touch install/manual.stamp
-                   DEPENDS ${made_by} config/package/documents.cmake CHANGELOG.md VERBATIM)
+                   DEPENDS ${made_by} config/package/documents.cmake config/package/package_version.cmake CHANGELOG.md VERBATIM)
 add_custom_target(tiltfeed_documents ALL DEPENDS install/manual.stamp)
 install(DIRECTORY ${manual}/ DESTINATION ${CMAKE_INSTALL_DATAROOTDIR} REGEX "/_?tiltfeed-(cad|desk)[^/]*$" EXCLUDE)
 # What it is made of, from what was compiled and linked: needs ninja's own record of the headers, and dpkg.
@@ -81,8 +81,10 @@ function(tiltfeed_parts component package)
   if(CMAKE_GENERATOR STREQUAL Ninja AND EXISTS /usr/bin/dpkg)
     list(TRANSFORM ARGN REPLACE "(.+)" "\"$<TARGET_FILE:\\1>\"" OUTPUT_VARIABLE programs)
     string(JOIN " " programs ${programs})
-    install(CODE "execute_process(
-      COMMAND \"${CMAKE_SOURCE_DIR}/config/package/sbom.sh\" \"${CMAKE_BINARY_DIR}\" \"${CMAKE_SOURCE_DIR}\" ${PROJECT_VERSION} ${package} ${programs}
+    install(CODE "include(\"${CMAKE_SOURCE_DIR}/config/package/package_version.cmake\")
+    tiltfeed_package_version(version \"${CMAKE_SOURCE_DIR}\" ${PROJECT_VERSION})
+    execute_process(
+      COMMAND \"${CMAKE_SOURCE_DIR}/config/package/sbom.sh\" \"${CMAKE_BINARY_DIR}\" \"${CMAKE_SOURCE_DIR}\" \${version} ${package} ${programs}
       OUTPUT_FILE \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DATAROOTDIR}/doc/${package}/sbom.spdx.json\" COMMAND_ERROR_IS_FATAL ANY)"
             COMPONENT ${component})
   endif()
@@ -121,6 +123,8 @@ every program. Not a safety device.")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_PRE_BUILD_SCRIPTS ${CMAKE_SOURCE_DIR}/config/package/permissions.cmake)
+set(CPACK_SOURCE ${CMAKE_SOURCE_DIR})
+set(CPACK_PROJECT_CONFIG_FILE ${CMAKE_SOURCE_DIR}/config/package/pack.cmake)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION misc)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
@@ -143,10 +147,6 @@ if(TILTFEED_DESK)
 Serves a page that shows a part, its job, its tool path and the run on the
 machine, and one of all machines of a shop. Also metrics for Prometheus and
 webhooks for the shop's own programs.")
-  set(CPACK_DEBIAN_DESK_PACKAGE_DEPENDS "tiltfeed (= ${PROJECT_VERSION})")
-  # Its files were tiltfeed's before.
-  set(CPACK_DEBIAN_DESK_PACKAGE_REPLACES "tiltfeed (<< ${PROJECT_VERSION})")
-  set(CPACK_DEBIAN_DESK_PACKAGE_BREAKS "tiltfeed (<< ${PROJECT_VERSION})")
   list(TRANSFORM scripts PREPEND ${CMAKE_SOURCE_DIR}/config/package/desk/ OUTPUT_VARIABLE CPACK_DEBIAN_DESK_PACKAGE_CONTROL_EXTRA)
 endif()
 if(TILTFEED_CAD)
@@ -156,6 +156,5 @@ if(TILTFEED_CAD)
   set(CPACK_DEBIAN_CAD_DESCRIPTION "STEP and IGES files for tiltfeed
 Makes facets of the surfaces of a CAD file, within a distance that is
 measured, for the planner of tool paths.")
-  set(CPACK_DEBIAN_CAD_PACKAGE_DEPENDS "tiltfeed (= ${PROJECT_VERSION})")
 endif()
 include(CPack)

@@ -4,7 +4,7 @@
 #
 #   fresh_debian.sh [SUBCOMMAND...]   ./run subcommands to run, in order (default: build demo)
 #
-# Mirror and proxy are this machine's own. KEEP=1 keeps the folder and prints its name.
+# Mirror, proxy and certificates that were added are this machine's own. KEEP=1 keeps the folder and prints its name.
 set -euo pipefail
 export LC_ALL=C
 
@@ -48,6 +48,10 @@ bare_debian() {
   rm "$root.log"
   apt-config dump | awk '/^Acquire::(http|https|Check)/' >"$root/etc/apt/apt.conf.d/90host"
   cp -L /etc/resolv.conf "$root/etc/resolv.conf"
+  if [[ -d /usr/local/share/ca-certificates ]]; then
+    mkdir -p "$root/usr/local/share" # read when npm brings ca-certificates
+    cp -RL /usr/local/share/ca-certificates "$root/usr/local/share/"
+  fi
   mount -t proc proc "$root/proc"
   mkdir -p "$root/dev/pts"
   mount -t devpts -o newinstance,ptmxmode=0666,mode=0620 devpts "$root/dev/pts"

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The Debian package: the same bytes twice; what is in it and who may write it; unpacked, its programs go from an
+# The Debian package: the same bytes twice; its version; what is in it and who may write it; unpacked, its programs go from an
 # example job to a proven program. package_test.sh BUILD_FOLDER
 set -euo pipefail
 export LC_ALL=C SOURCE_DATE_EPOCH=1700000000
@@ -24,6 +24,40 @@ first=$(echo "$work"/first/tiltfeed_*.deb)
 for package in "$work"/first/*.deb; do
   cmp "$package" "$work/again/$(basename "$package")" || fail "two packages of one build differ: $(basename "$package")"
 done
+
+# Each commit has a version of its own, above that of the tag before it and below the next one's; a later one is an upgrade.
+packages=$(dirname "$(readlink -f "$0")")/../../config/package
+echo "include($packages/package_version.cmake)
+tiltfeed_package_version(found \${SOURCE} 0.1.0)
+execute_process(COMMAND \${CMAKE_COMMAND} -E echo \${found})" >"$work/version.cmake"
+version_in() { cmake -D SOURCE="$1" -P "$work/version.cmake"; }
+mkdir "$work/history"
+tree() { git -C "$work/history" -c user.name=test -c user.email=test@example.org "$@"; }
+[[ $(version_in "$work/history") == 0.1.0 ]] || fail "without git the version is $(version_in "$work/history")"
+tree init -q -b main
+last=0.1.0
+for hour in 10 12 9; do # the last on another day, in another zone: 2026-03-02 05:30 UTC
+  zone=+0000 day=01
+  if ((hour == 9)); then zone=+0330 day=02; fi
+  GIT_COMMITTER_DATE="2026-03-${day}T$hour:00:00 $zone" tree commit -q --allow-empty -m "$hour" --date "2026-01-01T00:00:00 +0000"
+  next=$(version_in "$work/history")
+  dpkg --compare-versions "$next" gt "$last" || fail "$next is no upgrade of $last"
+  dpkg --compare-versions "$next" lt 0.1.1 || fail "$next is later than what follows"
+  [[ $next == *."$(tree rev-parse HEAD | head -c 12)" ]] || fail "$next does not name its commit"
+  last=$next
+done
+[[ $last == 0.1.0+20260302053000.* ]] || fail "a commit of 05:30 UTC is $last"
+tree tag v0.0.9
+[[ $(version_in "$work/history") == "$last" ]] || fail "another version's tag counts"
+tree tag v0.1.0
+[[ $(version_in "$work/history") == 0.1.0 ]] || fail "at its tag the version is $(version_in "$work/history")"
+touch "$work/history/file"
+tree add file
+[[ $(version_in "$work/history") == "$last.changed" ]] || fail "changed after its tag the version is $(version_in "$work/history")"
+version=$(dpkg-deb --field "$first" Version)
+[[ $version == "$(version_in "$packages/../..")" ]] || fail "the package's version is $version"
+[[ $(dpkg-deb --fsys-tarfile "$first" | tar -xO ./usr/share/doc/tiltfeed/changelog.gz | zcat | head -n 1) == "tiltfeed ($version) "* ]] ||
+  fail "Debian's changelog has another version than $version"
 
 dpkg-deb --contents "$first" >"$work/contents"
 for path in ./usr/bin/tiltfeed ./usr/bin/tiltfeed-sim ./usr/lib/systemd/system/tiltfeed@.service \
