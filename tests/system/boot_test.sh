@@ -3,7 +3,7 @@
 # the simulated machine, the packages are upgraded with a run on the machine, removed and purged. By hand, as root: needs
 # debootstrap, systemd-container and the network.
 #   boot_test.sh NEW_FOLDER WORK_FOLDER [OLD_FOLDER]
-# Folders with the packages of a build (build/package). OLD_FOLDER: those of the version before; default: NEW_FOLDER. They get a
+# Folders with the packages of a build (build/package). OLD_FOLDER: those of the version before; default: NEW_FOLDER, and those get a
 # lower version number. A version of before tiltfeed-desk was a package of its own has the page in tiltfeed.
 set -euo pipefail
 export LC_ALL=C
@@ -29,6 +29,10 @@ for package in tiltfeed tiltfeed-desk; do
   cp "$new/${package}_"*.deb "$root/test/new/$package.deb"
   for file in "$old/${package}_"*.deb; do
     [[ -e $file ]] || continue # the page is in tiltfeed
+    if dpkg --compare-versions "$(dpkg-deb --field "$file" Version)" lt "$(dpkg-deb --field "$root/test/new/$package.deb" Version)"; then
+      cp "$file" "$root/test/old/$package.deb"
+      continue
+    fi
     rm -rf "$work/old"
     dpkg-deb -R "$file" "$work/old"
     sed -i 's/^Version: .*/Version: 0.0.1/; s/tiltfeed (= [^)]*)/tiltfeed (= 0.0.1)/; s/tiltfeed (<< [^)]*)/tiltfeed (<< 0.0.1)/' "$work/old/DEBIAN/control"
@@ -47,6 +51,7 @@ trap 'systemctl poweroff --no-block' EXIT
 cd /test
 want() { "${@:2}" || { echo "FAILED: $1"; systemctl status --no-pager 'tiltfeed*' || true; journalctl --no-pager -n 60 || true; exit 1; }; }
 state() { tiltfeed show "$1" | sed -n 's/^state: //p'; }
+version() { dpkg-query -W -f '${Version}' "$1"; }
 until_state() {
   for _ in $(seq 600); do
     [[ $(state "$1" 2>/dev/null) == "$2" ]] && return
@@ -116,7 +121,8 @@ past >past_before
 was=$(layout ac5) desk=$(pid tiltfeed-desk@ac5)
 begun=$(date +%s%N)
 apt-get install -q -y --no-install-recommends /test/new/tiltfeed.deb 2>&1 | tee upgrade
-echo "upgraded under a run in $((($(date +%s%N) - begun) / 1000000)) ms"
+echo "upgraded under a run in $((($(date +%s%N) - begun) / 1000000)) ms, to $(version tiltfeed)"
+want "apt has not taken it for newer" test "$(version tiltfeed)" = "$(dpkg-deb --field /test/new/tiltfeed.deb Version)"
 if [[ ! -e /test/old/tiltfeed-desk.deb ]]; then
   want "nobody says where the page is now" grep -q 'tiltfeed-desk@ac5.service has lost its program, which is in the package tiltfeed-desk' upgrade
   want "the page runs without its package" test ! -e /usr/bin/tiltfeed-desk
