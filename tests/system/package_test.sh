@@ -156,6 +156,26 @@ for script in postinst prerm postrm; do
   grep -q "^./$script\$" "$work/control" || fail "$script is missing"
 done
 
+# ./run installs what dpkg has not, has only heard of, or has removed. Programs of ours stand for dpkg's and apt's.
+mkdir -p "$work/needs"
+cat >"$work/needs/dpkg-query" <<'END'
+#!/bin/sh
+for package; do :; done
+case $package in here) printf 'installed ' ;; twice) printf 'installed installed ' ;; heard) printf 'not-installed ' ;; removed) printf 'config-files ' ;; *) exit 1 ;; esac
+END
+cat >"$work/needs/apt-get" <<'END'
+#!/bin/sh
+echo "$@"
+END
+cat >"$work/needs/sudo" <<'END'
+#!/bin/sh
+[ "$1" = -v ] || exec "$@"
+END
+chmod +x "$work"/needs/*
+needed=$(PATH=$work/needs:$PATH bash -c "status=0; die() { echo \"\$*\"; exit 1; }; run_logged() { \"\${@:2}\"; }
+  $(sed -n '/^need() {/,/^}/p' "$packages/../../run"); need here heard twice removed nobody; need here twice" | tail -n 1)
+[[ $needed == *" heard removed nobody" ]] || fail "./run installs: $needed"
+
 # An upgrade restarts services that say that they stand idle, and no other. Programs of ours stand for systemd's.
 dpkg-deb --ctrl-tarfile "$first" | tar -xO ./postinst | sed "s|/run/systemd/system|$work/fake|; s|/etc/tiltfeed|$work/fake/etc|" >"$work/postinst"
 mkdir -p "$work/fake"
