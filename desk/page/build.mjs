@@ -1,9 +1,8 @@
 // Bundles the page and writes its files, compressed, as C++: node build.mjs OUT.cpp
 import {createHash} from 'node:crypto';
 import {readFileSync, writeFileSync} from 'node:fs';
-import {gzipSync} from 'node:zlib';
 
-import {bundle, literal, read} from './bundle.mjs';
+import {bundle, literal, packed, read} from './bundle.mjs';
 
 const kMostBytes = 1024 * 1024;  // compressed, all files
 const out = process.argv[2];
@@ -20,7 +19,7 @@ const files = [
 let text = '// Made by desk/page/build.mjs.\n#include "desk/page/page_files.h"\n\nnamespace tiltfeed::desk {\nnamespace {\n\n';
 let table = '', total = 0;
 files.forEach(({path, type, bytes}, i) => {
-  const gzip = gzipSync(bytes, {level: 9});
+  const gzip = packed(bytes);
   total += gzip.length;
   const etag = createHash('sha256').update(bytes).digest('hex').slice(0, 32);
   text += `constexpr char kFile${i}[] =\n${literal(gzip)};\n`;

@@ -1,9 +1,8 @@
 // Bundles the viewer of the verification's report and writes it as C++: node build_viewer.mjs OUT.cpp
 import {createHash} from 'node:crypto';
 import {writeFileSync} from 'node:fs';
-import {gzipSync} from 'node:zlib';
 
-import {bundle, literal, read} from './bundle.mjs';
+import {bundle, literal, packed, read} from './bundle.mjs';
 
 const out = process.argv[2];
 if (!out) throw new Error('build_viewer.mjs OUT.cpp');
@@ -20,7 +19,7 @@ namespace tiltfeed::sim {
 namespace {
 
 constexpr char kScript[] =
-${literal(gzipSync(script, {level: 9}))};
+${literal(packed(script))};
 constexpr char kStyle[] =
 ${literal(read('cut.css'))};
 

@@ -1,4 +1,5 @@
 // What both builders share: bundles by esbuild, bytes as C++.
+import {execFileSync} from 'node:child_process';
 import {readFileSync} from 'node:fs';
 import {dirname, join} from 'node:path';
 import {fileURLToPath} from 'node:url';
@@ -21,6 +22,11 @@ export async function bundle(entry, format) {
     logLevel: 'warning',
   });
   return Buffer.from(bundled.outputFiles[0].contents);
+}
+
+/** By Debian's program: each version of node packs otherwise, and the same sources are to give the same package. */
+export function packed(bytes) {
+  return execFileSync('gzip', ['-9nc'], {input: bytes, maxBuffer: 1 << 30});
 }
 
 /** Octal escapes of three digits: no digit that follows can become part of one. */
