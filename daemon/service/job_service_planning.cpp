@@ -20,6 +20,8 @@ void JobService::plan_failed(SpooledJob job, const std::string& why) {
 }
 
 void JobService::take_plan_end() {
+  // The program of another service's plan is in check: one at a time. The end stays until that is over.
+  if (check_.busy()) return;
   const std::optional<Result<void>> ended = check_plan(plan_);
   if (!ended) return;
   Result<SpooledJob> job = spool_.find(plan_.job);
