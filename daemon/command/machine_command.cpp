@@ -112,6 +112,12 @@ MachineCommands::MachineCommands(CLI::App& app) : options_(std::make_unique<Opti
   o.check->add_option("--tool-length", o.tool_length, "gauge line to tip, mm (100)")
       ->check(CLI::Range(0.0, 1e4));
   o.check->add_option("--height", o.height, "of the tip over the zero point, mm (100)");
+  o.check
+      ->add_option(
+          "--aside", o.aside,
+          "of the tip beside the rotary's axis, along X with the rotaries at home, mm (0); beside it "
+          "the stops tell which way a table turns")
+      ->check(CLI::Range(-1e4, 1e4));
   o.check->add_option(
       "--found", o.found,
       "CSV of what was found at the program's stops: stop,x_mm,y_mm,z_mm, the words at which the tip "
@@ -147,9 +153,13 @@ int MachineCommands::Options::judge(const config::MachineProfile& loaded) const 
   const Result<CheckResult> result = judge_check(loaded, tool_length, height, aside, *table, found, within);
   if (!result) return complain(result.error());
   if (as_json) {
-    nlohmann::ordered_json all = {{"profile", profile},     {"passed", result->passed},
-                                  {"stops", result->stops}, {"worst_mm", result->worst},
-                                  {"where", result->where}, {"remedies", nlohmann::ordered_json::array()}};
+    nlohmann::ordered_json all = {{"profile", profile},
+                                  {"passed", result->passed},
+                                  {"stops", result->stops},
+                                  {"worst_mm", result->worst},
+                                  {"where", result->where},
+                                  {"not_told", result->unseen},
+                                  {"remedies", nlohmann::ordered_json::array()}};
     for (const CheckRemedy& one : result->remedies)
       all["remedies"].push_back({{"change", one.change}, {"worst_mm", one.worst}});
     show_json(all.dump(-1, ' ', true, json::error_handler_t::replace));

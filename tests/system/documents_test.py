@@ -3,7 +3,7 @@
 
 Every room of a folder's CMakeLists.txt has a README. Every link of a Markdown file leads to a file.
 An equation's tag, (K1) or (ME1), is defined in one README only, its letters stand in GLOSSARY.md, and every tag that
-a comment names stands in a README.
+a comment names stands in a README. An option that a message or a folder's README names is one that some command has.
 
   documents_test.py [ROOT]        checks the tree (default: the one this script is in)
   documents_test.py --self-test   puts each kind of mistake into a small tree and expects it to be found
@@ -21,6 +21,12 @@ LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)]*)?\)")
 DEFINITION = re.compile(r"^(?:\*\*|\* |    |\| )\(([A-Z]{1,2}\d*)\)", re.M)
 TAG = re.compile(r"\(([A-Z]{1,2}\d)\)")
 GLOSSARY_TAG = re.compile(r"\(([A-Z]{1,2})\d*\)")
+OPTION = re.compile(r"(?<![\w-])--[a-z][a-z0-9-]*[a-z0-9]\b(?!-)")
+OFFERED = re.compile(r'add_(?:option|flag)\w*\(\s*"([^"]*)"|"(--[a-z][a-z0-9-]*)"')
+STRING = re.compile(r'"((?:[^"\\\n]|\\.)*)"')
+# Of the option parser, systemctl, journalctl, npm, cmake and GoogleTest.
+OTHERS = {"--help", "--version", "--now", "--reload", "--lines", "--output", "--no-pager", "--offline", "--ignore-scripts", "--build",
+          "--target", "--install", "--gtest"}
 
 
 def files(root, endings):
@@ -39,6 +45,28 @@ def read(root, file):
 def comments(file, text):
     """What a source says in comments: G-code such as (M0) stands in its strings."""
     return text if file.endswith(".md") else "\n".join(re.findall(r"//.*", text))
+
+
+def unknown_options(root):
+    """Options that messages of our programs and READMEs name, and that no command has."""
+    sources = {file: read(root, file) for file in files(root, (".cpp", ".py", ".sh", ".mjs"))}
+    sources["run"] = read(root, "run") if os.path.exists(f"{root}/run") else ""
+    offered = set(OTHERS)
+    for file, text in sources.items():
+        if file.endswith(".cpp") and not file.startswith("tests/"):
+            offered.update(option for names in OFFERED.findall(text) for option in OPTION.findall(" ".join(names)))
+    ours = {file: "\n".join(STRING.findall(text)) for file, text in sources.items()
+            if file.endswith(".cpp") and file.split("/")[0] in FOLDERS}
+    for file, text in ours.items():
+        yield from ((file, option) for option in sorted(set(OPTION.findall(text)) - offered))
+    for file, text in sources.items():
+        if not file.endswith(".cpp") and "documents_test" not in file:
+            offered.update(OPTION.findall(text))
+    for file in files(root, ".md"):
+        if file.split("/")[0] in FOLDERS:
+            prose = re.sub(r"^```.*?^```", "", read(root, file), flags=re.MULTILINE | re.DOTALL)
+            named = OPTION.findall("\n".join(re.findall(r"`([^`\n]*)`", prose)))
+            yield from ((file, option) for option in sorted(set(named) - offered))
 
 
 def check(root):
@@ -68,7 +96,7 @@ def check(root):
         for tag in TAG.findall(comments(file, read(root, file))):
             if tag[:-1] in letters and tag not in known and not re.match(r"[GM]\d", tag):
                 complaints.append(f"{file}: ({tag}) stands in no README")
-    return complaints
+    return complaints + [f"{file}: names {option}, which no command has" for file, option in unknown_options(root)]
 
 
 GOOD = {
@@ -76,6 +104,8 @@ GOOD = {
     "kinematics/CMakeLists.txt": "tiltfeed_room(machine\n  SOURCES chain)\n",
     "kinematics/machine/README.md": "**(K1)** one\n\n* (K2) two, by (K1)\n\n    (K3) x = y\n",
     "kinematics/machine/chain.cpp": '// By (K1).\nauto line = "(K9)";  // stop (M0)\n',
+    "daemon/command/main.cpp": 'app.add_option("-s,--short", "as --short 3, --help");\n',
+    "daemon/command/README.md": "`--short 3`, and a state --ready--> next\n",
 }
 WRONG = (
     ("kinematics/CMakeLists.txt", "tiltfeed_room(machine\n  SOURCES chain)\ntiltfeed_room(attic)\n", "attic"),
@@ -83,6 +113,8 @@ WRONG = (
     ("sim/motion/README.md", "**(K1)** again", "(K1)"),
     ("sim/motion/README.md", "**(Q1)** not in the glossary", "(Q1)"),
     ("kinematics/machine/chain.h", "/// (K7)", "(K7)"),
+    ("daemon/command/text.cpp", 'say("give another --long 50");', "--long"),
+    ("daemon/command/README.md", "With `--long 50` it is longer", "--long"),
 )
 
 

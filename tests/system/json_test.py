@@ -81,6 +81,25 @@ def walk_shop(run, ask):
         cluster.end()
 
 
+def machine_check(run, ask, profile):
+    """A table that turns the other way, by closed form: with the head upright the tip's place has Y with the other sign. A tip on the
+    table's axis stays there either way."""
+    for aside, status in ((0, 0), (50, 1)):
+        program = ask("machine", "check", profile, "--aside", str(aside), words=2)["program"]
+        stops = re.findall(r"^G1 X(\S+) Y(\S+) Z(\S+) A0 C\S+ F", program, re.MULTILINE)
+        numbers = [int(number) for number, _ in re.findall(r"^\((\d+): .*\n\(.*\n(G1 .* A0 C)", program, re.MULTILINE)]
+        run.want(len(stops) == len(numbers) == 4 and float(stops[0][0]) == aside, f"other stops: {program}")
+        with open(f"{run.work}/found.csv", "w", encoding="ascii") as out:
+            out.write("stop,x_mm,y_mm,z_mm\n")
+            for number, (x, y, z) in zip(numbers, stops):
+                out.write(f"{number},{x},{-float(y)},{z}\n")
+        said = ask("machine", "check", profile, "--aside", str(aside), "--found", f"{run.work}/found.csv", words=2, status=status)
+        if aside:
+            run.want("rotary.sign: 1" in [one["change"] for one in said["remedies"]], f"not that sign: {said}")
+        else:
+            run.want(said["passed"] and "rotary.sign" in said["not_told"], f"nobody says that the sign is not told: {said}")
+
+
 def walk(run, ask):
     work = run.work
     job = f"{work}/job.yaml"
@@ -111,6 +130,7 @@ def walk(run, ask):
     run.want(len(ask("post", "--list-dialects")["dialects"]) >= 5, "no dialects")
     run.want("verdict" in json.dumps(ask("verify", job, f"{work}/part.nc", "--resolution", "2")), "no verdict")
     run.want("G" in ask("machine", "check", profile, words=2)["program"], "no program")
+    machine_check(run, ask, profile)
     run.want(len(ask("machine", "measure", profile, "--tool-length", "120", words=2)["next"]) > 4, "no places")
 
     short = f"{work}/short.nc"
