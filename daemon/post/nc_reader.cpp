@@ -374,6 +374,7 @@ Result<void> Reader::read(std::string line) {
   for (const std::string& text : comments_) take_header(text, facts_);
   if (line.empty()) return {};
   if (line == language_.through_on) return functions_.event(EventKind::kCoolant, 3.0), Result<void>{};
+  if (std::ranges::find(language_.other_axes, line) != language_.other_axes.end()) return {};
   Mistake mistake;
   if (dialogue(line, mistake)) return mistake ? Result<void>(wrong(*mistake)) : Result<void>{};
   DialectWords words;

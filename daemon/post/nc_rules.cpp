@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "config/table_home.h"
+#include "daemon/post/nc_lines.h"
 #include "kinematics/basics/decimal.h"
 
 namespace tiltfeed::daemon {
@@ -39,6 +40,20 @@ void add_codes(const std::string& line, std::vector<int>& codes) {
     if (line[i] == 'M' && begins && std::isdigit(static_cast<unsigned char>(line[i + 1])))
       codes.push_back(static_cast<int>(std::strtol(line.c_str() + i + 1, nullptr, 10)));
   }
+}
+
+/// Of axes it states U, V or W alone, and none of them is a rotary of ours.
+bool moves_only_others(const std::string& line, const TextLanguage& language) {
+  constexpr std::string_view kAxes = "XYZABCUVW", kOthers = "UVW", kNumber = "0123456789.-+=";
+  bool others = false;
+  for (std::size_t i = 0; i + 1 < line.size(); ++i) {
+    const bool begins = i == 0 || !std::isalpha(static_cast<unsigned char>(line[i - 1]));
+    if (!begins || kAxes.find(line[i]) == kAxes.npos || kNumber.find(line[i + 1]) == kNumber.npos) continue;
+    if (kOthers.find(line[i]) == kOthers.npos || line[i] == language.tilt || line[i] == language.rotary)
+      return false;
+    others = true;
+  }
+  return others;
 }
 
 /// A reference point is gone to by way of the words beside it: only incremental zeros name no place.
@@ -84,8 +99,13 @@ TextLanguage text_language(const config::MachineProfile& machine) {
   language.swivel_data = format.swivel_data;
   for (const config::TableTurn& turn : config::table_turns(model))
     language.table.push_back({turn.axis->letter, turn.axis->zero});
-  for (const std::string& line : format.start) add_codes(line, language.own_codes);
-  for (const std::string& line : format.end) add_codes(line, language.own_codes);
+  for (const auto* lines : {&format.start, &format.end})
+    for (std::string line : *lines) {
+      add_codes(line, language.own_codes);
+      std::vector<std::string> comments;
+      if (!strip_line(line, format.dialect, comments) && moves_only_others(line, language))
+        language.other_axes.push_back(line);
+    }
   return language;
 }
 

@@ -25,6 +25,8 @@ struct TextLanguage {
   std::vector<TableLetter> table = {};  ///< rotaries that carry the work
   std::string through_on = {};          ///< the profile's line for coolant through the spindle; empty: none
   std::string swivel_data = {};         ///< the name that CYCLE800 has to call; empty: any
+  std::vector<std::string> other_axes =
+      {};  ///< the profile's own lines that move U, V or W, axes beside ours
 };
 
 }  // namespace tiltfeed::daemon

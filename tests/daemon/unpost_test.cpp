@@ -182,5 +182,42 @@ TEST(Unpost, FixtureAnglesComeBackFromTheHeader) {
   }
 }
 
+/// An axis beside ours, as the quill W, stands where a line of the profile puts it.
+TEST(Unpost, AnAxisBesideOursMovesInTheProfilesOwnLineAlone) {
+  const std::pair<Dialect, std::vector<std::string>> cases[] = {
+      {Dialect::kRs274, {"G53 G0 W0"}},          {Dialect::kGrbl, {"G53 G0 W-20.5"}},
+      {Dialect::kFanuc, {"G53 G0 W0."}},         {Dialect::kFanuc, {"G91 G28 W0.", "G90"}},
+      {Dialect::kHaas, {"G53 G0 W0."}},          {Dialect::kSiemens, {"SUPA G0 W=0 D0"}},
+      {Dialect::kSiemens, {"SUPA G0 U10"}},      {Dialect::kHeidenhain, {"L W+0 R0 FMAX M91"}},
+      {Dialect::kHeidenhainIso, {"G00 W+0 M91"}}};
+  for (const auto& [dialect, lines] : cases) {
+    MachineProfile with = machine(dialect, false);
+    const auto plain = program_text(foreign(), with, setup());
+    ASSERT_TRUE(plain) << plain.error().message;
+    const auto expected = back(*plain, with);
+    ASSERT_TRUE(expected) << expected.error().message;
+    with.format.start = lines;
+    const auto text = program_text(foreign(), with, setup());
+    ASSERT_TRUE(text) << text.error().message;
+    ASSERT_NE(text->find(lines.front()), std::string::npos) << *text;
+    const auto made = back(*text, with);
+    ASSERT_TRUE(made) << lines.front() << ": " << made.error().message;
+    ASSERT_EQ(made->operations.size(), expected->operations.size());
+    for (std::size_t i = 0; i < made->operations.size(); ++i) {
+      const auto &moves = made->operations[i].path.moves, &same = expected->operations[i].path.moves;
+      ASSERT_EQ(moves.size(), same.size());
+      for (std::size_t k = 0; k < moves.size(); ++k)
+        ASSERT_EQ(length(moves[k].pose.tip - same[k].pose.tip), 0.0) << lines.front();
+    }
+    // Any other line that moves it is refused, and so is this one of another machine.
+    std::string other = *text;
+    const std::size_t word = other.find(lines.front()) + lines.front().find_first_of("UW") + 1;
+    other.insert(other[word] == '=' || other[word] == '+' ? word + 1 : word, "1");
+    EXPECT_FALSE(back(other, with)) << other;
+    with.format.start.clear();
+    EXPECT_FALSE(back(*text, with)) << lines.front();
+  }
+}
+
 }  // namespace
 }  // namespace tiltfeed
