@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "sim/basics/text.h"
+#include "sim/collision/machine_view.h"
 #include "sim/motion/forward.h"
 #include "sim/solid/tool_solid.h"
 #include "sim/viewer/packed_view.h"
@@ -20,8 +22,9 @@ constexpr std::int16_t kNeverCut = -32768;
 // Times are shares of the run.
 constexpr double kTimes = 65534.0;
 constexpr std::uint16_t kNeverTime = 65535;
-constexpr std::size_t kPoses = 4000;  // of the tool over the run
-constexpr std::size_t kOutline = 24;  // heights of a piece of the tool
+constexpr std::size_t kPoses = 4000;              // of the tool over the run
+constexpr std::size_t kMostMachine = 16'000'000;  // bytes of machine and fixtures: 440,000 facets
+constexpr std::size_t kOutline = 24;              // heights of a piece of the tool
 
 json place_json(Point<Part> p) { return {p.x, p.y, p.z}; }
 
@@ -30,14 +33,16 @@ class Poses {
  public:
   Poses(const config::Job& job, const ExecutedPath& path)
       : chain_(job.machine.model, job.setup), path_(path) {}
-  Pose at(double time) const {
+  Pose at(double time) const { return chain_(words_at(time)); }
+  /// X Y Z of the slides and both rotaries.
+  Joints words_at(double time) const {
     const auto& moves = path_.moves;
     const auto found = std::lower_bound(moves.begin(), moves.end(), time,
                                         [](const ExecutedMove& m, double t) { return m.end < t; });
     const std::size_t move = std::min(static_cast<std::size_t>(found - moves.begin()), moves.size() - 1);
     const ExecutedMove& m = moves[move];
     const double share = m.end > m.start ? std::clamp((time - m.start) / (m.end - m.start), 0.0, 1.0) : 1.0;
-    return chain_(between(path_.from(move), m.to, share));
+    return between(path_.from(move), m.to, share);
   }
 
  private:
@@ -119,16 +124,29 @@ void add_cuts(PackedView& view, const Probes& probes, const ExecutedPath& path) 
   view.add_steps("line", lines);
 }
 
-/// The tool at equal spans of time: tip and axis.
+/// The tool at equal spans of time, tip and axis, and the words of the axes then.
 void add_poses(PackedView& view, const Poses& poses, const ExecutedPath& path) {
   const double begin = path.moves.front().start, span = path.moves.back().end - begin;
-  std::vector<float> numbers;
+  std::vector<float> numbers, words;
   for (std::size_t i = 0; i <= kPoses; ++i) {
-    const Pose pose = poses.at(begin + span * static_cast<double>(i) / static_cast<double>(kPoses));
+    const double time = begin + span * static_cast<double>(i) / static_cast<double>(kPoses);
+    const Joints at = poses.words_at(time);
+    for (const double x : {at.x, at.y, at.z, at.a, at.c}) words.push_back(static_cast<float>(x));
+    const Pose pose = poses.at(time);
     for (const double x : {pose.tip.x, pose.tip.y, pose.tip.z, pose.axis.x, pose.axis.y, pose.axis.z})
       numbers.push_back(static_cast<float>(x));
   }
   view.add("poses", std::span<const float>(numbers));
+  view.add("words", std::span<const float>(words));
+}
+
+/// Machine and fixtures. Not shown: those that cannot be read, or that no page would take.
+void add_machine(PackedView& view, const config::Job& job) {
+  const auto bytes = machine_view(job);
+  if (!bytes || bytes->size() > kMostMachine || bytes->size() % sizeof(float) != 0) return;
+  std::vector<float> numbers(bytes->size() / sizeof(float));
+  std::memcpy(numbers.data(), bytes->data(), bytes->size());
+  view.add("machine", std::span<const float>(numbers));
 }
 
 /// Frames as differences from the one before: what is not cut is nothing.
@@ -221,6 +239,7 @@ std::string cut_view(const CutViewParts& p) {
   head["unit_mm"] = add_amounts(view, p.removal);
   add_cuts(view, p.probes, p.path);
   add_poses(view, poses, p.path);
+  add_machine(view, p.context.job);
   if (p.film) head["film"] = add_film(view, *p.film);
   std::string facts = head.dump(-1, ' ', true, json::error_handler_t::replace);
   return view.packed(facts.substr(1, facts.size() - 2));

@@ -89,6 +89,43 @@ test('the stock becomes less as time goes, and the tool stands where it was', as
   await check_and_close(page);
 });
 
+test('machine and fixtures move as the run went; the tool that they carry is where the report has it', async () => {
+  const page = await open_file(page_of('good'), {viewport: kSmall});
+  await set_time(page, 3000);
+  // By the axes alone, through the machine's links, the tip is where the verification had it.
+  const off = await page.evaluate(() => {
+    const {data, machine} = window.tiltfeed_cut.drawing;
+    let most = 0;
+    for (let share = 0; share <= 1; share += 1 / 4000) {
+      const tip = machine.tip(data.axes(share)), [x, y, z] = data.pose(share);
+      most = Math.max(most, Math.hypot(tip.x - x, tip.y - y, tip.z - z));
+    }
+    return most;
+  });
+  assert(off < 5e-3, `${off} mm`);  // float32
+  const seen = () => page.evaluate(() => {
+    const {clientWidth: w, clientHeight: h} = document.getElementById('canvas'), points = [];
+    for (let i = 0; i < 40; ++i) for (let k = 0; k < 40; ++k) points.push([w * (i + 0.5) / 40, h * (k + 0.5) / 40]);
+    return window.tiltfeed.colours_at(points);
+  });
+  const differ = (a, b) => a.filter((c, i) => c.some((x, k) => Math.abs(x - b[i][k]) > 8)).length;
+  const bare = await seen();
+  await page.select('#cut-machine', 'all');
+  assert(differ(bare, await seen()) > 100, 'the machine is seen');
+  // What is drawn goes with the slider: the head leans as the tool does.
+  for (const time of [3000, 9000, 10000]) {
+    await set_time(page, time);
+    const apart = await page.evaluate((at) => {
+      const {data, machine} = window.tiltfeed_cut.drawing, e = machine.group.getObjectByName('head').matrixWorld.elements;
+      return Math.hypot(...data.pose(at / 10000).slice(3).map((x, i) => x - e[8 + i]));
+    }, time);
+    assert(apart < 1e-3, `at ${time} the head stands ${apart} off the tool's axis`);
+  }
+  await shot(page, 'cut-report-machine');
+  await check_accessible(page);
+  await check_and_close(page);
+});
+
 test('a gouge is red, the first of the worst places, and found by a click', async () => {
   const page = await open_file(page_of('bad'), {viewport: kSmall});
   const place = await text_of(page, '#cut-places li:first-child');

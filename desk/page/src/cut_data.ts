@@ -53,6 +53,9 @@ export class CutData {
   /** Of each frame: upper ends of all lines, then lower ends; 0: no material. */
   readonly film: Uint16Array[] = [];
   readonly poses: Float32Array;
+  /** Of machine and fixtures (sim/collision/README.md); null: not known. */
+  readonly machine: Uint8Array<ArrayBuffer> | null = null;
+  private readonly words_then: Float32Array | null = null;
   private readonly amounts: Record<'mean' | 'least' | 'most', Int16Array>;
   private readonly times: Uint16Array;
 
@@ -64,6 +67,11 @@ export class CutData {
     this.source = this.steps('source');
     this.line = this.steps('line');
     this.poses = this.floats('poses');
+    if (head.arrays.machine && head.arrays.words) {
+      const {at, count} = this.array('machine');
+      this.machine = new Uint8Array(bytes.slice(at, at + 4 * count));
+      this.words_then = this.floats('words');
+    }
     this.amounts = {mean: this.shorts('mean'), least: this.shorts('least'), most: this.shorts('most')};
     this.times = this.words('time');
     if (head.film) this.unroll(head.film);
@@ -84,11 +92,10 @@ export class CutData {
   }
 
   /** Tip and axis at a share of the run. */
-  pose(share: number): number[] {
-    const last = this.poses.length / 6 - 1, at = Math.min(last, Math.max(0, share * last));
-    const before = Math.floor(at), after = Math.min(last, before + 1), f = at - before;
-    return Array.from({length: 6}, (_, k) => this.poses[6 * before + k] * (1 - f) + this.poses[6 * after + k] * f);
-  }
+  pose(share: number): number[] { return between(this.poses, 6, share); }
+
+  /** X, Y, Z, tilt and rotary at a share of the run. */
+  axes(share: number): number[] { return this.words_then ? between(this.words_then, 5, share) : []; }
 
   private array(name: string) {
     const {at, count} = this.head.arrays[name];
@@ -121,6 +128,13 @@ export class CutData {
       this.film.push(frame);
     }
   }
+}
+
+/** Of rows of so many numbers at equal spans of the run. */
+function between(rows: Float32Array, each: number, share: number): number[] {
+  const last = rows.length / each - 1, at = Math.min(last, Math.max(0, share * last));
+  const before = Math.floor(at), after = Math.min(last, before + 1), f = at - before;
+  return Array.from({length: each}, (_, k) => rows[each * before + k] * (1 - f) + rows[each * after + k] * f);
 }
 
 /** From the bytes of cut.view. */

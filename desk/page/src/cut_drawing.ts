@@ -4,6 +4,7 @@ import {
   RawShaderMaterial, RGBAFormat, Vector3, Vector4,
 } from 'three';
 import {CutData, Place} from './cut_data.js';
+import {MachineDrawing} from './machine_drawing.js';
 import {kLight, plain} from './shading.js';
 import {ToolDrawing} from './tool_drawing.js';
 import type {Viewer} from './viewer.js';
@@ -67,6 +68,7 @@ void main() { drawn = vec4(mix(raw, done, clamp(cut, 0.0, 1.0)) * light(), 1.0);
 export class CutDrawing {
   readonly group = new Group();
   readonly tool = new ToolDrawing();
+  readonly machine: MachineDrawing;
   data: CutData | null = null;
   /** Of the scale of differences: what its ends mean, mm. */
   difference_range = 0;
@@ -88,6 +90,7 @@ export class CutDrawing {
   });
 
   constructor(private readonly viewer: Viewer) {
+    this.machine = new MachineDrawing(() => viewer.redraw());
     this.mark.renderOrder = 2;
     this.mark.frustumCulled = false;
     viewer.add(this.group);
@@ -111,7 +114,8 @@ export class CutDrawing {
     this.stock = new Mesh(new BufferGeometry(), this.stock_material);
     this.stock.frustumCulled = false;
     this.tool.show(data.head.tool);
-    this.group.add(this.part, this.stock, this.mark, this.tool.group);
+    if (data.machine) this.machine.show(data.machine);
+    this.group.add(this.part, this.stock, this.mark, this.tool.group, this.machine.group);
     this.viewer.stage(new Box3().setFromArray(data.corners));
     this.colour_by('deviation');
     this.at(1);
@@ -122,6 +126,7 @@ export class CutDrawing {
     this.stock?.geometry.dispose();
     this.part_material.uniforms.values.value?.dispose();
     this.tool.clear();
+    this.machine.clear();
     this.group.clear();
     this.part = this.stock = this.data = this.before = null;
     this.frame = -1;
@@ -142,6 +147,7 @@ export class CutDrawing {
   at(share: number): void {
     if (!this.data) return;
     this.tool.at(this.data.pose(share));
+    this.machine.stand(this.data.axes(share));
     this.tool.group.visible = share < 1;
     const film = this.data.head.film;
     if (film) this.show_frame(Math.min(film.frames - 1, Math.floor(share * (film.frames - 1) + 1e-9)));

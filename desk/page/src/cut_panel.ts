@@ -3,6 +3,7 @@ import {CutData, Place} from './cut_data.js';
 import {CutDrawing, Shown, kDifference, kTimes} from './cut_drawing.js';
 import {count_text, el} from './dom.js';
 import {on_hover} from './hover.js';
+import {kMachine, type Which} from './machine_drawing.js';
 import {TimeBar, time_text} from './time_bar.js';
 import type {Viewer} from './viewer.js';
 
@@ -17,6 +18,7 @@ export class CutPanel {
   private bar: TimeBar | null = null;
   private shown: Shown = 'deviation';
   private chosen: HTMLSelectElement | null = null;
+  private which: Which = 'none';
   private readonly moment = el('p', {class: 'cut-moment', id: 'cut-moment'});
   private readonly detail = el('div', {id: 'cut-detail'});
   private readonly tip = el('div', {class: 'cut-tip', id: 'cut-tip', role: 'status', hidden: true});
@@ -63,8 +65,18 @@ export class CutPanel {
       ...ways.map((shown) => el('option', {value: shown, selected: shown === this.shown}, kShown[shown])));
     this.chosen = chosen;
     return [
-      el('div', {class: 'row'}, el('label', {for: 'cut-shown'}, 'Show'), chosen),
+      el('div', {class: 'row'}, el('label', {for: 'cut-shown'}, 'Show'), chosen), ...this.machine_choice(),
       this.bar.element, this.moment, this.places(data), this.detail];
+  }
+
+  /** Machine and fixtures, where the verification has any. */
+  private machine_choice(): Node[] {
+    const {machine} = this.drawing;
+    if (!machine.has_bodies) return [];
+    machine.set(this.which);
+    const shown = el('select', {id: 'cut-machine', change: () => machine.set(this.which = shown.value as Which)},
+      ...Object.entries(kMachine).map(([value, text]) => el('option', {value, selected: value === this.which}, text)));
+    return [el('div', {class: 'row'}, el('label', {for: 'cut-machine'}, 'Machine'), shown)];
   }
 
   /** A row of facts, for where the page has none of its own. */

@@ -11,6 +11,8 @@ const kOpacity = 0.35, kBedOpacity = 0.08;  // of the machine: what it hides sta
 const kTilt = 3, kRotary = 4;
 /** `under`: what holds the part, and the table. */
 export type Which = 'none' | 'fixtures' | 'under' | 'all';
+/** Of these a reader chooses. */
+export const kMachine: Partial<Record<Which, string>> = {none: 'part and tool', fixtures: 'part, tool, fixtures', all: 'the whole machine'};
 
 export class MachineDrawing {
   /** In the coordinates of the part. */
@@ -32,6 +34,7 @@ export class MachineDrawing {
   }
 
   get has_fixtures(): boolean { return this.bodies.some(({body}) => body.fixture); }
+  get has_bodies(): boolean { return this.bodies.length > 0; }
   get known(): boolean { return this.head !== null; }
 
   /** The bytes of machine/view. */

@@ -6,13 +6,12 @@ import {Report, avoidance_words, operation_table, optimise_words, path_words, pa
 import {PlanTip} from './plan_tip.js';
 import {Peaks, Plots} from './plots.js';
 import {TimeBar, time_text} from './time_bar.js';
-import type {Which} from './machine_drawing.js';
+import {kMachine, type Which} from './machine_drawing.js';
 import type {Viewer} from './viewer.js';
 
 
 /** A place that a text names, as (x, y, z). */
 const place_in = (text: string) => /\((-?[\d.]+), *(-?[\d.]+), *(-?[\d.]+)\)/.exec(text)?.slice(1).map(Number);
-const kMachine: Partial<Record<Which, string>> = {none: 'part and tool', fixtures: 'part, tool, fixtures', all: 'the whole machine'};
 const kUnits: Record<Colouring, string> = {kind: '', height: ' mm', tilt: '°', time: '', feed: ' mm/min', axis: ' %', operation: ''};
 const kOptimise = {'': 'as the job says', time: 'shortest time: other directions and distances of the passes', feed: 'feed by what the cutter has to cut'};
 

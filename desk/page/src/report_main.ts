@@ -4,6 +4,10 @@ import {CutPanel} from './cut_panel.js';
 import {byId, el} from './dom.js';
 import {Viewer} from './viewer.js';
 
+declare global {
+  interface Window { tiltfeed_cut?: CutPanel }
+}
+
 const kViews = {fit: 'Fit', top: 'Top', front: 'Front', right: 'Right', iso: 'Corner'};
 
 async function start(): Promise<void> {
@@ -19,6 +23,7 @@ async function start(): Promise<void> {
   window.tiltfeed = viewer;
   const data = await read_cut(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)));
   const cut = new CutPanel(viewer, view, legend);
+  window.tiltfeed_cut = cut;
   cut.show(data, null);
   panel.replaceChildren(...cut.nodes());
   byId('picture').hidden = true;
