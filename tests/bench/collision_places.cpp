@@ -10,6 +10,7 @@
 #include <fcl/narrowphase/detail/convexity_based_algorithm/gjk_libccd.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -279,6 +280,15 @@ std::string word_of(const std::string& told) {
   return word.starts_with("shank") || word.starts_with("cutter") ? "cutter" : word;
 }
 
+using Words = std::pair<std::string, std::string>;
+
+/// Two bodies that came too near to each other.
+bool names(const Collisions& found, const Words& words) {
+  return std::any_of(found.places.begin(), found.places.end(), [&](const CollisionPlace& place) {
+    return Words(std::minmax(word_of(place.first), word_of(place.second))) == words;
+  });
+}
+
 int run(const std::string& job_file, const std::string& program) {
   const auto job = config::load_job(job_file);
   if (!job) return std::printf("%s\n", job.error().message.c_str()), 1;
@@ -318,7 +328,7 @@ int run(const std::string& job_file, const std::string& program) {
   std::vector<Count> counts(moves.size());
   tbb::parallel_for(std::size_t{0}, moves.size(), [&](std::size_t i) {
     const ProgramMove& move = moves[i];
-    std::set<std::pair<std::string, std::string>> told;
+    std::set<Words> told;
     for (const CollisionPlace& place : check->hold(std::span(&move, 1), 0).places)
       told.insert(std::minmax(word_of(place.first), word_of(place.second)));
     std::vector<double> rooms(pairs.size(), kInfinity), moved(pairs.size(), 0.0);
@@ -368,8 +378,16 @@ int run(const std::string& job_file, const std::string& program) {
       before = now;
     }
     Count& count = counts[i];
+    ProgramMove begun = move;
+    begun.to = move.from;
     for (std::size_t p = 0; p < pairs.size(); ++p) {
-      const bool hit = told.count(std::minmax(groups[pairs[p].first].word, groups[pairs[p].second].word)) > 0;
+      const Words words = std::minmax(groups[pairs[p].first].word, groups[pairs[p].second].word);
+      // A move that begins and ends inside a body meets no surface: both ends are looked at as a first place
+      // is.
+      if (rooms[p] < -2.0 * kSure && told.count(words) == 0 && names(check->look(begun), words) &&
+          names(check->look(move), words))
+        told.insert(words);
+      const bool hit = told.count(words) > 0;
       count.nearest = std::min(count.nearest, rooms[p]);
       if (rooms[p] < kTold + moved[p])
         count.near += text("[%u, \"%s\", \"%s\", %.3f], ", move.line, groups[pairs[p].first].word.c_str(),
