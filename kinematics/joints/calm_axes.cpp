@@ -178,7 +178,9 @@ Calmed Calmer::calm(const CutRun& run) const {
     tbb::parallel_for(std::size_t{1}, s.size(), [&](std::size_t k) {
       const bool leans = !(v[k] == s[k].move.pose.axis) || !(v[k - 1] == s[k - 1].move.pose.axis);
       if (!leans || (held[k] && held[k - 1])) return;
+      // Between its nodes the even way may stray further than both.
       const bool may =
+          angle_between(v[k], s[k].move.pose.axis) <= cone_ &&
           angle_between(v[k - 1], v[k]) <= longest_turn_ &&
           clear_(stand(centre(s[k - 1].move.pose), v[k - 1]), stand(centre(s[k].move.pose), v[k]));
       bad[k] = may ? 0 : 1;
