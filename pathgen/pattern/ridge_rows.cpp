@@ -17,6 +17,7 @@ namespace tiltfeed::pathgen {
 namespace {
 
 constexpr double kNowhereNear = std::numeric_limits<double>::infinity();
+constexpr double kNoSegment = -1.0;         ///< where the next node begins a pass
 constexpr std::int32_t kRowsLookedAt = 40;  ///< rows on each side that are looked at
 
 struct Node {
@@ -26,9 +27,17 @@ struct Node {
   bool begins = false;  ///< a pass
 };
 
+/// From a node to the next.
+struct Segment {
+  Point<Part> from;
+  Vec3 way;
+  double square = kNoSegment;  ///< of its length
+};
+
 /// A row, by bins along it.
 struct RowTrack {
   std::vector<Node> nodes;
+  std::vector<Segment> segments;  ///< behind each node
   std::int32_t first_bin = 0;
   std::vector<std::uint32_t> from;  ///< the first node of each bin, and one more
   std::uint32_t node_of(std::int32_t bin) const {
@@ -96,6 +105,11 @@ class Ridges {
                            touches ? static_cast<float>(dot(p.normal, p.axis)) : 0.0f, i == 0});
       }
     if (t.nodes.empty()) return t;
+    t.segments.resize(t.nodes.size());
+    for (std::size_t i = 0; i + 1 < t.nodes.size(); ++i) {
+      const Vec3 way = t.nodes[i + 1].centre - t.nodes[i].centre;
+      t.segments[i] = {t.nodes[i].centre, way, t.nodes[i + 1].begins ? kNoSegment : squared_length(way)};
+    }
     t.first_bin = bin_of(t.nodes.front().run);
     const std::int32_t last = bin_of(t.nodes.back().run);
     t.from.resize(static_cast<std::size_t>(last - t.first_bin) + 2,
@@ -114,22 +128,44 @@ class Ridges {
     if (t.nodes.empty()) return kNowhereNear;
     const std::uint32_t from = std::max(t.node_of(bin - 1), std::uint32_t{1}) - 1, to = t.node_of(bin + 2);
     double least = kNowhereNear;
-    for (std::uint32_t i = from; i < to + 1 && i + 1 < t.nodes.size(); ++i) {
-      if (t.nodes[i + 1].begins) continue;
-      const Point<Part> a = t.nodes[i].centre;
-      const Vec3 ab = t.nodes[i + 1].centre - a, ap = place - a;
-      const double along = dot(ap, ab), way = squared_length(ab), square = squared_length(ap);
+    for (std::uint32_t i = from; i < to + 1 && i + 1 < t.segments.size(); ++i) {
+      const Segment& s = t.segments[i];
+      if (s.square == kNoSegment) continue;
+      const Vec3 off = place - s.from;
+      const double along = dot(off, s.way), square = squared_length(off);
       // From the segment's begin, its end, or square to it.
       if (along <= 0.0)
         least = std::min(least, square);
-      else if (along >= way)
-        least = std::min(least, squared_length(ap - ab));
+      else if (along >= s.square)
+        least = std::min(least, squared_length(off - s.way));
       else
-        least = std::min(least, square - along * along / way);
+        least = std::min(least, square - along * along / s.square);
     }
     return std::sqrt(std::max(0.0, least - radius_ * radius_));
   }
   double left(double aside) const { return std::hypot(radius_, aside) - radius_; }
+
+  /// How far aside of rows near one of them a place lies, each found once.
+  class Asides {
+   public:
+    Asides(const Ridges& ridges, Point<Part> place, std::int32_t bin, std::int32_t row)
+        : ridges_(ridges), place_(place), bin_(bin), first_(row - kRowsLookedAt) {
+      known_.fill(kUnknown);
+    }
+    /// Requires: a row at most kRowsLookedAt away.
+    double of(std::int32_t row) {
+      double& known = known_[static_cast<std::size_t>(row - first_)];
+      if (known == kUnknown) known = ridges_.aside(place_, bin_, row);
+      return known;
+    }
+
+   private:
+    static constexpr double kUnknown = -1.0;
+    const Ridges& ridges_;
+    const Point<Part> place_;
+    const std::int32_t bin_, first_;
+    std::array<double, 2 * kRowsLookedAt + 1> known_;
+  };
 
   /// Calls visit(place, bin, facing) at most a bin apart along a row.
   template <class Visit>
@@ -158,7 +194,7 @@ class Ridges {
     double up_to = kNowhereNear, beyond = kNowhereNear;
     double least(double half = 0.0) const { return std::min(up_to + half, beyond - half); }
   };
-  Stated aside_of_stated(Point<Part> place, std::int32_t bin, std::int32_t row) const {
+  Stated aside_of_stated(Asides& asides, std::int32_t row) const {
     Stated stated;
     const std::int32_t below =
         (row - stated_) - ((row - stated_) % kRowsPerStep + kRowsPerStep) % kRowsPerStep;
@@ -166,7 +202,7 @@ class Ridges {
       const std::int32_t at = stated_ + below + k * kRowsPerStep;
       if (at < 0 || at >= static_cast<std::int32_t>(rows_.size())) continue;
       double& least = at <= row ? stated.up_to : stated.beyond;
-      least = std::min(least, aside(place, bin, at));
+      least = std::min(least, asides.of(at));
     }
     return stated;
   }
@@ -178,7 +214,9 @@ class Ridges {
     each_row(watch, [&](std::size_t k) {
       each_place(static_cast<std::int32_t>(k), [&](Point<Part> place, std::int32_t bin, double facing) {
         if (facing < kSteepestAcross) return;
-        const double here = aside_of_stated(place, bin, static_cast<std::int32_t>(k)).least();
+        const auto row = static_cast<std::int32_t>(k);
+        Asides asides(*this, place, bin, row);
+        const double here = aside_of_stated(asides, row).least();
         if (here < kNowhereNear) found[k] = std::max(found[k], here);
       });
     });
@@ -199,10 +237,11 @@ class Ridges {
     const auto count = static_cast<std::int32_t>(rows_.size());
     std::vector<double> below, beyond;  // how far aside of the rows before and after
     each_place(row, [&](Point<Part> place, std::int32_t bin, double) {
-      const Stated stated = aside_of_stated(place, bin, row);
+      Asides asides(*this, place, bin, row);
+      const Stated stated = aside_of_stated(asides, row);
       if (stated.least() == kNowhereNear) return;
-      const double to_next = row + 1 < count ? aside(place, bin, row + 1) : 0.0;
-      const double to_last = row > 0 ? aside(place, bin, row - 1) : 0.0;
+      const double to_next = row + 1 < count ? asides.of(row + 1) : 0.0;
+      const double to_last = row > 0 ? asides.of(row - 1) : 0.0;
       // The place itself, and how much further along the surface there are others.
       std::array<double, 3> shifts{};
       std::size_t shifted = 1;
@@ -217,9 +256,9 @@ class Ridges {
         farthest = std::max(farthest, std::max(wide, stated.least(shifts[i])) + std::abs(shifts[i]));
       below.clear(), beyond.clear();
       for (std::int32_t k = row - 1; k >= std::max(0, row - kRowsLookedAt); --k)
-        if (below.push_back(aside(place, bin, k)); below.back() > farthest) break;
+        if (below.push_back(asides.of(k)); below.back() > farthest) break;
       for (std::int32_t k = row + 1; k < std::min(count, row + kRowsLookedAt + 1); ++k)
-        if (beyond.push_back(aside(place, bin, k)); beyond.back() > farthest) break;
+        if (beyond.push_back(asides.of(k)); beyond.back() > farthest) break;
       for (std::size_t i = 0; i < shifted; ++i) {
         const double limit = std::max(wide, stated.least(shifts[i]));
         if (std::abs(shifts[i]) > limit) continue;
