@@ -118,6 +118,16 @@ void OperationPlan::put_end_ways(const pathgen::Mesh& held) {
   planned_.report.rapid_length += ends_.length;
 }
 
+std::unique_ptr<OperationPlan> OperationPlan::to_be_calmed(Angle cone) const {
+  if (joints_.report.reconfigurations > 0 || in_stretches()) return nullptr;
+  auto plan = std::make_unique<OperationPlan>(job_, clock_, told_);
+  plan->job_.calm = cone;
+  plan->part_ = part_, plan->held_ = held_, plan->from_ = from_;
+  plan->planned_ = {*base_, planned_.report};
+  plan->planned_.report.rapid_length -= ends_.length + longer_;
+  return plan;
+}
+
 Result<void> OperationPlan::find_joints() {
   if (joints_known_) return {};
   take_end_ways();

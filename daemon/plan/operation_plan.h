@@ -114,6 +114,10 @@ class OperationPlan {
   void warn(const std::string& text) { planned_.report.warnings.push_back(text); }
   const SingularityBendReport& bend() const { return *bend_; }
   const CalmReport& calm() const { return *calm_; }
+  /// The same passes, and what they leave before the axis leans, for find_joints() with Job::calm of `cone`.
+  /// Null: it has to be planned anew, as the tool is taken off in a pass (K11) or it is in tilted planes.
+  /// Requires: find_joints(), no calm axes, and links as planned.
+  std::unique_ptr<OperationPlan> to_be_calmed(Angle cone) const;
   /// Its passes are those of `other`, which knows what they leave before the axis leans.
   void leaves_as(const OperationPlan& other) {
     planned_.report.uncut = other.planned_.report.uncut;

@@ -276,9 +276,14 @@ class Search {
     if (motion.slow_axes + motion.accelerations < kWorthCalming * seconds_) return;
     RowsTried variant = best_rows_;
     variant.calm = Angle::from_degrees(std::min(own_.job().plan.lean.limit.degrees(), kMostCalmDegrees));
-    std::unique_ptr<OperationPlan> plan = planned(job_with(own_.job(), variant), false);
+    std::unique_ptr<OperationPlan> plan = like.to_be_calmed(variant.calm);
+    if (plan) {
+      if (tried_++ >= kMostTried || !plan->find_joints()) return;
+    } else {
+      plan = planned(job_with(own_.job(), variant), false);
+      if (plan) plan->leaves_as(like);
+    }
     if (!plan || plan->timing().seconds >= seconds_) return;
-    plan->leaves_as(like);
     seconds_ = plan->timing().seconds, best_ = std::move(plan), best_rows_ = variant;
   }
 
