@@ -2,6 +2,7 @@
 // Strong scalars, only where two units meet: degrees in files and G-code, radians in formulas; mm/min in
 // files and G-code, seconds in block times. Lengths are double, mm, everywhere.
 
+#include <compare>
 #include <numbers>
 
 namespace tiltfeed {
