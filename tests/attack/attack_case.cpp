@@ -16,6 +16,7 @@
 #include "tests/attack/proof_judge.h"
 #include "tests/attack/random_job.h"
 #include "tests/attack/random_part.h"
+#include "tests/attack/random_surroundings.h"
 
 namespace tiltfeed::attack {
 using namespace pathgen;

@@ -4,29 +4,14 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 
 #include "pathgen/axis/deformation.h"
+#include "tests/attack/random_surroundings.h"
+#include "tests/attack/written.h"
 
 namespace tiltfeed::attack {
 using namespace pathgen;
 namespace {
-
-[[gnu::format(printf, 1, 2)]] std::string formatted(const char* format, ...) {
-  char text[512];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  return text;
-}
-std::string vector(const char* key, Vec3 v) {
-  return formatted("%s: [%.9f, %.9f, %.9f]\n", key, v.x, v.y, v.z);
-}
-std::string interval(const char* key, double low, double high) {
-  return formatted("  %s: [%.6f, %.6f]\n", key, low, high);
-}
 
 /// The choices of a job one after the other; what is chosen first bounds what comes after.
 class Writer {
@@ -63,7 +48,7 @@ class Writer {
     if (blank_dice_.chance(kind_ == "rough" ? 0.7 : 0.3) && (is_field() || more_dice_.chance(0.7)))
       all +=
           formatted("blank: {shape: box, margin_mm: %.4f}\n", part_.size * blank_dice_.spread(0.002, 0.15));
-    if (more_dice_.chance(0.15)) all += fixtures();
+    if (more_dice_.chance(0.15)) all += random_fixtures(more_dice_, part_);
     return all + "machine: " + machine + "\n";
   }
 
@@ -224,7 +209,7 @@ class Writer {
   std::string containment() {
     std::string text = window();
     if (kind_ == "rough" || kind_ == "pencil" || !more_dice_.chance(0.12)) return text;
-    return (text.empty() ? "containment:\n" : text) + "  faces: [" + ball() + "]\n";
+    return (text.empty() ? "containment:\n" : text) + "  faces: [" + named_ball(more_dice_, part_) + "]\n";
   }
   std::string window() {
     if (!windowed_) return "";
@@ -333,45 +318,10 @@ class Writer {
     return all;
   }
 
-  /// A ball about a place of the part, as the name of the facets in it.
-  std::string ball() {
-    const Point<Part> at = part_.facets[more_dice_.below(part_.facets.size())][0];
-    return formatted("\"ball %.4f %.4f %.4f %.4f\"", at.x, at.y, at.z,
-                     part_.size * more_dice_.spread(0.03, 0.3));
-  }
   std::string avoided() {
     if (!more_dice_.chance(0.12)) return "";
-    return ", avoid_faces: [" + ball() + "]" +
+    return ", avoid_faces: [" + named_ball(more_dice_, part_) + "]" +
            formatted(", avoid_mm: %.4f", std::max(0.001, diameter_ * more_dice_.spread(0.01, 0.5)));
-  }
-
-  /// Bodies beside the part, turned with it; some reach into it.
-  std::string fixtures() {
-    std::string all = "fixtures:\n";
-    const std::size_t count = 1 + more_dice_.below(2);
-    for (std::size_t i = 0; i < count; ++i) {
-      const Point<Part> at =
-          part_.centre + more_dice_.direction() * (part_.size * more_dice_.uniform(0.2, 0.9));
-      const double size = part_.size * more_dice_.spread(0.05, 0.5);
-      all += formatted("  - {name: body %zu, on: part, ", i + 1);
-      switch (more_dice_.below(3)) {
-        case 0:
-          all += formatted("shape: box, size_mm: [%.4f, %.4f, %.4f]", size,
-                           size * more_dice_.uniform(0.2, 2.0), size * more_dice_.uniform(0.2, 2.0));
-          break;
-        case 1:
-          all += formatted("shape: cylinder, diameter_mm: %.4f, height_mm: %.4f", size,
-                           size * more_dice_.uniform(0.2, 3.0));
-          break;
-        default:
-          all += formatted("shape: cone, diameter_mm: %.4f, upper_diameter_mm: %.4f, height_mm: %.4f", size,
-                           size * more_dice_.uniform(0.1, 0.9), size * more_dice_.uniform(0.2, 2.0));
-      }
-      all += formatted(", at_mm: [%.4f, %.4f, %.4f], rotation_deg: [%.3f, %.3f, %.3f]}\n", at.x, at.y, at.z,
-                       more_dice_.uniform(-90.0, 90.0), more_dice_.uniform(-90.0, 90.0),
-                       more_dice_.uniform(-90.0, 90.0));
-    }
-    return all;
   }
 
   /// Links, feeds and how the part sits.
@@ -410,21 +360,6 @@ class Writer {
 };
 
 }  // namespace
-
-std::string wide_profile() {
-  std::string text = "name: wide\nlinear:\n";
-  for (const char* axis : {"x", "y", "z"})
-    text += std::string("  ") + axis +
-            ": {min_mm: -9000, max_mm: 9000, velocity_mm_per_min: 20000, acceleration_mm_per_s2: 2000}\n";
-  text +=
-      "tilt: {letter: A, direction: [1, 0, 0], sign: 1, min_deg: -181, max_deg: 181, velocity_deg_per_min: "
-      "7200, "
-      "acceleration_deg_per_s2: 600}\n"
-      "rotary: {letter: C, direction: [0, 0, 1], sign: -1, min_deg: -360000, max_deg: 360000, "
-      "velocity_deg_per_min: 14400, acceleration_deg_per_s2: 1200}\n"
-      "pivot_to_gauge_mm: [0, 0, -150]\nprogram: {rotary_decimals: 6}\n";
-  return text;
-}
 
 std::string random_job(Dice& dice, const RandomPart& part, const std::string& name, const std::string& stl,
                        const std::string& machine) {

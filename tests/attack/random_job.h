@@ -9,9 +9,6 @@
 namespace tiltfeed::attack {
 using namespace pathgen;
 
-/// A machine profile with travels and turns for whatever a job asks, by the words of config/machines.
-std::string wide_profile();
-
 /// A job that begins a line so is planned for the shortest time.
 inline constexpr const char* kShortestTime = "# attack: optimise time";
 
