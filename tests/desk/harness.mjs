@@ -35,10 +35,13 @@ export async function part_file(name) {
 }
 
 /** A job for the pin of tiltfeed-sim with rows so far apart. */
-export async function pin_job(name, side_step) {
+export const pin_job = (name, side_step) => part_job('pin', name, side_step);
+
+/** Likewise the job of another formula part. */
+export async function part_job(part, name, side_step) {
   const machines = new URL('../../config/machines/', import.meta.url).pathname;
-  const file = join(work, name), text = readFileSync(new URL('../../config/jobs/pin.yaml', import.meta.url), 'utf8');
-  const changed = text.replace(/stl: .*/, `stl: ${await part_file('pin')}`).replace(/machine: \.\.\/machines\//, `machine: ${machines}`)
+  const file = join(work, name), text = readFileSync(new URL(`../../config/jobs/${part}.yaml`, import.meta.url), 'utf8');
+  const changed = text.replace(/stl: .*/, `stl: ${await part_file(part)}`).replace(/machine: \.\.\/machines\//, `machine: ${machines}`)
     .replace(/side_step_mm: [0-9.]+/, `side_step_mm: ${side_step}`);
   assert.notEqual(changed, text);
   writeFileSync(file, changed);

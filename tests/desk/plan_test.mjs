@@ -1,11 +1,11 @@
 // Job and Plan: the text is checked as it is typed, the program planned, followed, cancelled, drawn. In a real browser.
 import assert from 'node:assert/strict';
-import {readFileSync} from 'node:fs';
+import {appendFileSync, readFileSync} from 'node:fs';
 import {join} from 'node:path';
 import {after, test} from 'node:test';
 
 import {
-  Desk, check_accessible, check_and_close, check_layout, close_browser, kPhone, kTablet, end, open_page, pin_job, run, shot, stop_desks, text_of, work,
+  Desk, check_accessible, check_and_close, check_layout, close_browser, kPhone, kTablet, end, open_page, part_job, pin_job, run, shot, stop_desks, text_of, work,
 } from './harness.mjs';
 
 after(async () => {
@@ -169,6 +169,24 @@ for (const [width, viewport, scheme] of [[1024, kTablet, 'dark'], [390, kPhone, 
     await end({desk, page});
   });
 }
+
+test('axes that turn evenly and rows that go all the way round are told in words', async () => {
+  const job = await part_job('sphere', 'calm.yaml', 6);
+  appendFileSync(job, 'points: {calm_deg: 5}\n');
+  const desk = await Desk.start(job), page = await open_page(desk);
+  await ready(page);
+  await open_tab(page, 'plan');
+  await page.waitForSelector('#plan:not([disabled])');
+  await page.locator('#plan').click();
+  await page.waitForFunction(() => document.querySelector('#blocks, #refused'));
+  assert.equal(await page.$('#refused'), null, 'not refused');
+  const planned = await run('tiltfeed', 'plan', job, '--out', join(work, 'calm.nc'), '--json'), report = JSON.parse(planned.out);
+  assert(report.calm.points > 0 && report.closed_rows > 1, planned.out);
+  const words = await text_of(page, '#plan-words');
+  assert.match(words, new RegExp(`For even turns the axis leans by up to ${Number(report.calm.largest_deg.toPrecision(4))}° at ${report.calm.points.toLocaleString('en')} points\\.`));
+  assert.match(words, new RegExp(`${report.closed_rows} rows go all the way round\\.`));
+  await end({page, desk});
+});
 
 test('tabs go by arrow keys; a changed job makes the plan stale', async () => {
   const {desk} = await with_desk('stale');

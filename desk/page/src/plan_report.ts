@@ -12,15 +12,17 @@ export interface PathReport {
   machining_seconds: number;
   cut_length_mm: number;
   passes: number;
+  closed_rows: number;
   lower_bounds: Bounds;
   lean?: {length_mm: number; left_mm: number; largest_deg: number};
+  calm?: {points: number; largest_deg: number; narrowed_moves: number};
   rest?: {more_than_mm: number; area_before_mm2: number; most_left_before_mm: number};
   uncut?: {area_mm2: number; facing_area_mm2: number; facets: {why: string}[]};
   warnings: string[];
 }
 
 interface AvoidedLink { operation: string; link: number; higher_mm: number; at_feed: boolean; turn: string }
-interface Shortened { seconds_before: number; seconds: number; plans_tried: number; angle_deg: number | null; scallop_mm?: number; n?: number[] }
+interface Shortened { seconds_before: number; seconds: number; plans_tried: number; angle_deg: number | null; scallop_mm?: number; n?: number[]; rounds?: number; calm_deg?: number }
 interface FollowedFeed {
   kept: boolean; machine_seconds_before: number; machine_seconds: number; blocks_before: number; blocks: number; largest_chip: number; largest_edge_load: number; largest_turn_load: number;
 }
@@ -52,10 +54,12 @@ const mm = (value: number) => Number(value.toPrecision(4)).toLocaleString('en');
 
 /** What is to be said of an operation's path besides its figures. */
 export function path_words(path: PathReport): string[] {
-  const words: string[] = [], {lean, rest, uncut} = path;
+  const words: string[] = [], {lean, calm, rest, uncut} = path;
   if (rest) words.push(`Cuts only where more than ${mm(rest.more_than_mm)} mm was left: ${mm(rest.area_before_mm2)} mm² of the surface, ${mm(rest.most_left_before_mm)} mm at most.`);
   if (lean) words.push(lean.length_mm > 0 ? `The tool leans on ${mm(lean.length_mm)} mm of the passes, by up to ${mm(lean.largest_deg)}°, so that shank and holder stay clear.` : 'The tool leans nowhere.');
   if (lean && lean.left_mm > 0) words.push(`${mm(lean.left_mm)} mm of the passes are left out: no lean clears them, or it would turn too fast.`);
+  if (calm && calm.points > 0) words.push(`For even turns the axis leans by up to ${mm(calm.largest_deg)}° at ${count_text(calm.points)} points.`);
+  if (path.closed_rows > 0) words.push(`${count_text(path.closed_rows)} ${path.closed_rows === 1 ? 'row goes' : 'rows go'} all the way round.`);
   if (uncut && uncut.area_mm2 > 0) words.push(`${mm(uncut.area_mm2)} of ${mm(uncut.facing_area_mm2)} mm² that face the tool stay uncut: ${reasons(uncut.facets)}.`);
   return words;
 }
@@ -91,7 +95,7 @@ export function optimise_words(report: Report, i: number): string[] {
   const words: string[] = [], time = report.shortest_time?.[i], feed = report.feed_by_engagement?.[i];
   if (time) words.push(time.angle_deg === null
     ? `Shortest time: none of ${time.plans_tried} other plans is quicker and leaves no more.`
-    : `Shortest time: ${time_text(time.seconds)} instead of ${time_text(time.seconds_before)} with the passes ${time.n ? 'round the axis of the table' : `at ${mm(time.angle_deg)}°`}${time.scallop_mm === undefined ? '' : ` and ridges of ${mm(time.scallop_mm)} mm`}, the best of ${time.plans_tried} plans.`);
+    : `Shortest time: ${time_text(time.seconds)} instead of ${time_text(time.seconds_before)} with the passes ${time.n ? 'round the axis of the table' : `at ${mm(time.angle_deg)}°`}${time.scallop_mm === undefined ? '' : ` and ridges of ${mm(time.scallop_mm)} mm`}${time.rounds ? `, ${count_text(time.rounds)} closed rows one after the other without turning back` : ''}${time.calm_deg ? `, and the axis leaning by up to ${mm(time.calm_deg)}° for even turns` : ''}, the best of ${time.plans_tried} plans.`);
   if (feed) words.push(feed.kept ? 'Feed by engagement: nothing is quicker within the largest loads; the feeds are the job\'s.'
     : `Feed by engagement: the simulated machine takes ${time_text(feed.machine_seconds)} instead of ${time_text(feed.machine_seconds_before)}. ` +
       `Of the largest before, the largest chip is ${(100 * feed.largest_chip).toFixed(0)} %, the load on an edge ${(100 * feed.largest_edge_load).toFixed(0)} %, over a turn ${(100 * feed.largest_turn_load).toFixed(0)} %.`);
