@@ -8,6 +8,7 @@
 #include "config/fixture_meshes.h"
 #include "config/part_faces.h"
 #include "daemon/plan/moves_at_speeds.h"
+#include "daemon/plan/operations_before.h"
 #include "daemon/post/calm_rotaries.h"
 #include "daemon/post/end_ways.h"
 #include "daemon/post/near_singularity.h"
@@ -58,7 +59,7 @@ OperationPlan::OperationPlan(config::Job job, StageClock& clock, const PlanListe
     : job_(std::move(job)), clock_(clock), told_(told) {}
 
 void OperationPlan::follow(std::vector<std::shared_ptr<const pathgen::EarlierCut>> cuts) {
-  if (job_.plan.rest_more_than > 0.0) job_.plan.earlier = std::move(cuts);
+  if (knows_others(job_)) job_.plan.earlier = std::move(cuts);
 }
 
 std::shared_ptr<const pathgen::EarlierCut> OperationPlan::as_earlier_cut() const {

@@ -42,7 +42,7 @@ class OperationPlan {
   /// `clock` and `told` outlive it.
   OperationPlan(config::Job job, StageClock& clock, const PlanListener& told);
 
-  /// What the operations before have cut, for plan_path() where the job asks for `rest`.
+  /// What the operations before have cut, for plan_path() of one that knows_others().
   void follow(std::vector<std::shared_ptr<const pathgen::EarlierCut>> cuts);
   /// This operation as one before others. After plan_path().
   std::shared_ptr<const pathgen::EarlierCut> as_earlier_cut() const;

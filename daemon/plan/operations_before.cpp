@@ -4,9 +4,15 @@
 
 namespace tiltfeed::daemon {
 
+bool knows_others(const config::Job& job) {
+  const pathgen::AxisMode mode = job.plan.axis.mode;
+  const bool predefined = mode != pathgen::AxisMode::kFree && mode != pathgen::AxisMode::kIndexed;
+  return job.plan.rest_more_than > 0.0 || (predefined && job.blank);
+}
+
 Result<std::vector<config::Job>> operations_before(const std::string& path, const config::JobFiles& files,
                                                    const config::Job& wanted) {
-  if (files.operation.empty() || wanted.plan.rest_more_than == 0.0) return std::vector<config::Job>{};
+  if (files.operation.empty() || !knows_others(wanted)) return std::vector<config::Job>{};
   config::JobFiles all = files;
   all.operation.clear();
   auto jobs = config::load_operations(path, all);

@@ -1,5 +1,5 @@
 #pragma once
-// Which operations are planned only for what they leave to another.
+// Which operations are planned by what those before them leave.
 
 #include <string>
 #include <vector>
@@ -9,9 +9,12 @@
 
 namespace tiltfeed::daemon {
 
-/// Of the job at `path` those before `wanted`, if it is planned alone and cuts only what they leave; else
-/// none. Their tolerance is what arcs leave of it, as that of all that are planned. Errors: as
-/// config::load_operations.
+/// Is the operation planned by what those before it leave? So it is where it asks for `rest`, and with a
+/// predefined axis where the job states the blank: then rapids keep off what stands.
+bool knows_others(const config::Job& job);
+
+/// Of the job at `path` those before `wanted`, if it is planned alone and knows_others(); else none. Their
+/// tolerance is what arcs leave of it, as that of all that are planned. Errors: as config::load_operations.
 Result<std::vector<config::Job>> operations_before(const std::string& path, const config::JobFiles& files,
                                                    const config::Job& wanted);
 

@@ -72,10 +72,10 @@ class Planning {
   Result<void> add(const std::string& path, const std::function<void(std::ostream&)>& write);
   Result<void> report();
   const config::Job& job() const { return operations_.front()->job(); }
-  /// Is an operation only for what those before it leave?
+  /// Is an operation planned by what those before it leave?
   bool leaves_to_others() const {
-    return std::any_of(operations_.begin(), operations_.end(),
-                       [](const auto& one) { return one->job().plan.rest_more_than > 0.0; });
+    return std::any_of(operations_.begin() + 1, operations_.end(),
+                       [](const auto& one) { return knows_others(one->job()); });
   }
 
   const PlanFiles& files_;
@@ -222,7 +222,7 @@ Result<void> Planning::shorten_operations() {
   for (auto& one : operations_) {
     const std::string& name = one->job().operation.name;
     // Those before it may have become others.
-    if (one->job().plan.rest_more_than > 0.0) {
+    if (knows_others(one->job()) && !cuts_.empty()) {
       config::Job job = one->job();
       job.plan.rest_everywhere = false;
       one = std::make_unique<OperationPlan>(std::move(job), clock_, told_);

@@ -34,10 +34,15 @@ decltype(WantedPart::free_from) above(const StockBefore& stock) {
 }
 
 /// All of the passes, with rapids that know what the operations before leave.
-Result<Plan> plan_everywhere(const CheckedMesh& part, const PlanOptions& options, const Progress& progress) {
+Result<Plan> plan_over_stock(const CheckedMesh& part, const PlanOptions& options, const Progress& progress) {
   const StockBefore stock(part, options);
   const WantedPart wanted{.place = {}, .free_from = above(stock)};
-  Result<Plan> planned = plan_where(part, options, &wanted, progress);
+  return plan_where(part, options, &wanted, progress);
+}
+
+/// The same in place of what is left alone.
+Result<Plan> plan_everywhere(const CheckedMesh& part, const PlanOptions& options, const Progress& progress) {
+  Result<Plan> planned = plan_over_stock(part, options, progress);
   if (planned) planned->report.rest = RestBefore{.more_than = options.rest_more_than, .all_cut = true};
   return planned;
 }
@@ -91,9 +96,11 @@ Result<Plan> plan_from_blank(const CheckedMesh& part, const PlanOptions& options
 Result<Plan> plan_by_mode(const CheckedMesh& part, const PlanOptions& options, const Progress& progress) {
   if (options.rest_more_than > 0.0) return plan_rest(part, options, progress);
   if (options.axis.mode == AxisMode::kIndexed) return plan_indexed(part, options, progress);
-  if (options.axis.mode != AxisMode::kFree)
-    return options.from_blank ? plan_from_blank(part, options, progress)
-                              : plan_where(part, options, nullptr, progress);
+  if (options.axis.mode != AxisMode::kFree) {
+    if (options.from_blank) return plan_from_blank(part, options, progress);
+    const bool behind = options.blank && !options.earlier.empty();
+    return behind ? plan_over_stock(part, options, progress) : plan_where(part, options, nullptr, progress);
+  }
   if (auto ok = check_options(options); !ok) return tl::unexpected(ok.error());
   Plan plan = plan_without_moves(options);
   if (const auto done = plan_free(part, options, progress, plan); !done)

@@ -20,6 +20,8 @@ constexpr double kGridShare = 0.25;
 constexpr double kMostPlaces = 4e6;
 /// Of the cutter's radius: steps in which a way down is looked at.
 constexpr double kDownStep = 0.25;
+/// The same where what operations have left of the blank is known: it has edges.
+constexpr int kRoundEdges = 24, kRingsOfEdges = 8;
 constexpr double kRubbing = 2.0;  ///< tolerances: so much of a touch is none
 
 /// The cutting part without what it is to leave.
@@ -61,6 +63,29 @@ bool StockBefore::in_stock(Point<Part> reference, Vec3 axis, double height, IsSt
       }
     }
   return false;
+}
+
+/// Is what stands as high as the lower side of the cutter somewhere under it, or higher? The lower side is
+/// taken as low on each ring as it is on the next one inwards, so that an edge between them is seen.
+template <class IsStock>
+bool StockBefore::over_edges(Point<Part> reference, Vec3 axis, IsStock is_stock) const {
+  const Vec3 any = std::abs(axis.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+  const Vec3 u = normalized(cross(axis, any)), v = cross(axis, u);
+  const Point<Part> ring = reference + axis * piece_.above_reference;
+  const auto stands = [&](double d, double h) {
+    for (int k = 0; k < kRoundEdges; ++k) {
+      const double turn = 2.0 * kPi * k / kRoundEdges;
+      if (is_stock(ring + axis * h + u * (d * std::cos(turn)) + v * (d * std::sin(turn)))) return true;
+    }
+    return false;
+  };
+  for (int r = kRingsOfEdges; r > 0; --r) {
+    const double angle = 0.5 * kPi * r / kRingsOfEdges, inner = 0.5 * kPi * (r - 1) / kRingsOfEdges;
+    if (stands(piece_.flat + piece_.corner * std::sin(angle), -piece_.corner * std::cos(inner))) return true;
+  }
+  for (int r = kRings; r > 0 && piece_.flat > 0.0; --r)
+    if (stands(piece_.flat * r / kRings, -piece_.corner)) return true;
+  return is_stock(ring - axis * piece_.corner);
 }
 
 /// In the blank or near to it, and no operation has been there.
@@ -117,12 +142,19 @@ double StockBefore::free_from(const Deformation& field, Point<Flat> place, doubl
   const double step = kDownStep * piece_.outer;
   Hints hints;
   const auto exactly = [&](Point<Part> p) { return is_stock(p, hints); };
+  const auto stands_at = [&](double z) {
+    const Point<Part> reference = line.base + line.axis * z;
+    return cleared_.empty() ? in_stock(reference, line.axis, 0.0, exactly)
+                            : over_edges(reference, line.axis, exactly);
+  };
+  // The blank is asked with a margin; what operations have left of it is not.
+  const double margin = cleared_.empty() ? 0.0 : 0.5 * options_.links.approach;
   double free = from;
   for (double z = from - step; z > to; z -= step) {
-    if (in_stock(line.base + line.axis * z, line.axis, 0.0, exactly)) return free;
+    if (stands_at(z)) return std::min(from, free + margin);
     free = z;
   }
-  return in_stock(line.base + line.axis * to, line.axis, 0.0, exactly) ? free : to;
+  return stands_at(to) ? std::min(from, free + margin) : to;
 }
 
 }  // namespace tiltfeed::pathgen

@@ -38,6 +38,8 @@ class StockBefore {
   bool is_stock_about(Point<Part> place) const;
   template <class IsStock>
   bool in_stock(Point<Part> reference, Vec3 axis, double height, IsStock is_stock) const;
+  template <class IsStock>
+  bool over_edges(Point<Part> reference, Vec3 axis, IsStock is_stock) const;
 
   const PlanOptions& options_;
   Box box_;          ///< of the stock

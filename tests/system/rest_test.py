@@ -40,6 +40,64 @@ def no_trouble(run, name, operations):
         run.want(not bad, f"{name}, {one['operation']}: {bad[:2]}")
 
 
+# A groove that the first cutter does not come to the bottom of. The second begins there, in the middle of the part.
+GROOVE = """part: {{name: groove, stl: groove.stl}}
+blank: {{shape: box, margin_mm: 1}}
+axis: {{mode: fixed}}
+tolerance_mm: 0.02
+clearance_mm: 5
+approach_mm: 1
+feeds: {{cut_mm_per_min: 2000, plunge_mm_per_min: 600}}
+setup: {{part_zero_mm: [0, 0, 250]}}
+machine: {root}/config/machines/generic-ac.yaml
+operations:
+  - name: rough
+    cutter: {{type: bull_nose, diameter_mm: 10, corner_radius_mm: 1, length_mm: 130, shank_length_mm: 60}}
+    pattern: {{kind: rough, along: x, side_step_mm: 5, step_down_mm: 4}}
+    allowance_mm: 0.3
+    program: {{tool: 1}}
+  - name: finish
+    cutter: {{type: ball, diameter_mm: 6, length_mm: 120, shank_length_mm: 60}}
+    pattern: {{along: x, side_step_mm: 0.8}}
+    containment: {{x_mm: [-10, 10], y_mm: [-3, 3]}}
+    program: {{tool: 2}}
+"""
+
+
+def write_groove(path):
+    outline = [(-20, 0), (-20, 20), (-16, 20), (0, 4), (16, 20), (20, 20), (20, 0), (0, 0)]
+    ends = [((-20, 0), (0, 0), (0, 4)), ((-20, 0), (0, 4), (-16, 20)), ((-20, 0), (-16, 20), (-20, 20))]
+    with open(path, "w", encoding="utf-8") as out:
+        out.write("solid groove\n")
+
+        def facet(*corners):
+            out.write("facet normal 0 0 0\nouter loop\n" + "".join(f"vertex {x} {y} {z}\n" for x, y, z in corners) + "endloop\nendfacet\n")
+
+        for (y, z), (v, w) in zip(outline, outline[1:] + outline[:1]):
+            facet((-30, y, z), (30, y, z), (30, v, w))
+            facet((-30, y, z), (30, v, w), (-30, v, w))
+        for x in (-30, 30):
+            for three in ends:
+                facet(*((x, y, z) for y, z in three))
+                facet(*((x, -y, z) for y, z in three))
+        out.write("endsolid groove\n")
+
+
+def groove(run):
+    """Without `rest` an operation cuts all that it can; but its rapids, too, know what stands."""
+    write_groove(f"{run.work}/groove.stl")
+    planned, left = cut(run, "groove", GROOVE.format(root=ROOT))
+    no_trouble(run, "groove", left)
+    run.want(not any("rest" in one for one in planned["operations"]), "all is cut, nothing is rest")
+    # Alone it is the same.
+    program(run, "plan", "groove.yaml", "--operation", "finish", "--out", "groove_alone.nc")
+    blocks = []
+    for name in ("groove", "groove_alone"):
+        with open(f"{run.work}/{name}.nc", encoding="utf-8") as text:
+            blocks.append(text.read().split("T2 M6\n")[1])
+    run.want(blocks[0] == blocks[1], "alone it is another program")
+
+
 def main():
     run = Run(sys.argv[1], sys.argv[2])
     program(run, "part", "pin", "--out", f"{run.work}/pin.stl", tool="tiltfeed-sim")
@@ -76,6 +134,7 @@ def main():
     run.write("box.yaml", re.sub(r"\nblank: .*", "", text))
     status, _, said = run.call("plan", "box.yaml", "--operation", "rough", "--out", "box.nc")
     run.want(status == 1 and re.search(r"box.nc:\d+: rapid in the stock: cutter \d+\.\d+ mm deep", said), f"status {status}: {said}")
+    groove(run)
     # Alone an operation is the same: those before it are planned for what they leave.
     program(run, "plan", "with.yaml", "--operation", "rest", "--out", "alone.nc")
     moves = [line for line in run.text("alone.nc").splitlines() if re.match(r"(G0 |G1 )?[XYZAC]-?\d|G1 ", line)]
@@ -84,4 +143,5 @@ def main():
     print("rest: the same in the end, in less time")
 
 
-main()
+if __name__ == "__main__":
+    main()
