@@ -8,6 +8,7 @@
 #include "daemon/journal/tool_return.h"
 #include "tests/peers/operator_shop.h"
 #include "tests/texts/folder.h"
+#include "tests/texts/posted.h"
 
 namespace tiltfeed {
 using namespace config;
@@ -149,6 +150,34 @@ TEST(ToolChange, D21WhatTheProgramHasNotSaidStaysWhereItIs) {
 }
 
 /// A jog or a probing during the change may have led any axis away from a place of the machine's own.
+/// Of a posted program, as of a job's: it has gone to the retract before every change, so that the parking
+/// moves nothing that its proof has not seen.
+TEST(ToolChange, D21APostedProgramStandsAtTheRetractAtEveryChange) {
+  for (const char* name : {"generic-ac", "linuxcnc-trunnion-ac", "linuxcnc-bridge-bc", "mill-4x-table-a"})
+    for (const char* retract : {"default", "G53 G0 Z-5"}) {
+      MachineProfile profile = machine(Dialect::kGrbl, false, name);
+      profile.format.retract = retract;
+      AptProgram stated = foreign();
+      for (AptOperation& operation : stated.operations)
+        for (Move& move : operation.path.moves) move.pose.axis = {0, 0, 1};
+      const auto text = program_text(stated, profile, {});
+      ASSERT_TRUE(text) << name << ": " << text.error().message;
+      const Folder folder("tool_change_posted");
+      const std::string path = folder.write("p.nc", *text);
+      const auto changes = read_tool_changes(path, LinkKind::kGrbl, numeric_axes(profile.model));
+      ASSERT_TRUE(changes) << changes.error().message;
+      ASSERT_EQ(changes->size(), 2u) << *text;
+      for (const ToolChange& change : *changes) {
+        ReturnOptions at;
+        at.change = change.block;
+        const auto park = plan_park(path, LinkKind::kGrbl, profile, at);
+        ASSERT_TRUE(park) << park.error().message;
+        const std::string up = profile.format.retract == "default" ? "G53 G0 Z0" : retract;
+        EXPECT_EQ(park->program, "G21\nG90\nG94\nM5\nM9\n" + up + "\n") << name;
+      }
+    }
+}
+
 TEST(ToolChange, D21TheWayBackLeadsToPlacesOfTheMachinesOwnToo) {
   ReturnOptions options;
   options.change = 4;
