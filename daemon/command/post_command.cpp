@@ -13,7 +13,7 @@
 
 #include "config/output_file.h"
 #include "daemon/command/command.h"
-#include "daemon/plan/plan_report.h"
+#include "daemon/plan/plan_text.h"
 #include "daemon/post/nc_rules.h"
 #include "daemon/post/post.h"
 #include "daemon/post/text_drawing.h"

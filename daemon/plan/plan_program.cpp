@@ -19,6 +19,7 @@
 #include "daemon/plan/part_size.h"
 #include "daemon/plan/path_drawing.h"
 #include "daemon/plan/plan_report.h"
+#include "daemon/plan/plan_text.h"
 #include "daemon/plan/proof_process.h"
 #include "daemon/plan/shortest_time.h"
 #include "daemon/post/block_map.h"

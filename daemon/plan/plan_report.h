@@ -1,5 +1,5 @@
 #pragma once
-// What planning and posting did, as JSON for machines and a few lines for people.
+// What planning and posting did, as JSON for machines. For people: plan_text.h.
 
 #include <optional>
 #include <string>
@@ -33,24 +33,15 @@ struct PlanOutcome {
   double peak_memory_mb = 0.0;
 };
 
-/// What a program asks of the machine, whatever it was made from.
-struct MotionOutcome {
-  const MachineModel& machine;
-  const JointPathReport& joints;
-  const ProgramReport& program;
-  const Timing& timing;
-  const Starvation& starved;
-};
-
-/// Some lines: blocks, time, per-axis peaks, wind-up, reconfigurations, starvation, clamped feeds.
-std::string motion_text(const MotionOutcome& outcome);
+/// As it is proven: the plan leaves a part of it to arcs, mm.
+double whole_tolerance(const config::Job& job);
+/// How far the rotary winds up, turns.
+double rotary_turns(const JointPathReport& joints);
 
 /// Where the machine would wait for blocks; nowhere when the profile does not state the link's rate.
 Starvation starved(const Timing& timing, const config::MachineProfile& machine, const ProgramReport& program);
 
 /// JSON, one key a line. Of several operations what each has by itself is in the list `operations`.
 std::string report_json(const PlanOutcome& outcome);
-/// A screenful.
-std::string report_text(const PlanOutcome& outcome);
 
 }  // namespace tiltfeed::daemon
