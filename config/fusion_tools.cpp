@@ -41,7 +41,7 @@ class FusionTool {
       tool_.number = whole(post->number_at("number"), kHighestToolNumber);
       // The same number again, as the control's offsets.
       for (const char* key : {"diameter-offset", "length-offset"})
-        if (post->number_at(key) != tool_.number)
+        if (post->find(key) != nullptr && post->number_at(key) != tool_.number)
           note(std::string("post-process.") + key +
                " is another number than the tool's, and was not carried over");
     }

@@ -287,8 +287,9 @@ CLI::App* add_prove_options(CLI::App& app, ProveOptions& options) {
       "prove",
       "hold every move of a program, in any dialect, against the job's part. Proven is that no "
       "tool, shank or holder cuts into the part, that bodies keep clear of each other, and what "
-      "stands round the moves. Not proven are feeds, whether a move cuts or is a rapid, lines "
-      "that are missing where the tool stays clear, and what is left: verify sees these");
+      "stands round the moves. Not proven are feeds, coolant, which tool is made ready next, whether a "
+      "move cuts or is a rapid, lines that are missing where the tool stays clear, and what is left: verify "
+      "sees these");
   prove->add_option("JOB", options.job, "the job file")->required();
   prove->add_option("PROGRAM", options.program, "the program, in the dialect of the job's machine")
       ->required();

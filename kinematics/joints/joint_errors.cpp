@@ -49,14 +49,25 @@ std::string travel_remedy(char letter, const Pose& pose, const MachineModel& mac
   return "; " + text + "state the profile's travels as the words from this work offset count";
 }
 
+/// Whether the rotaries give this axis within their limits, with the table some whole turns on.
+bool rotaries_give(const Pose& pose, const MachineModel& machine, const Setup& setup) {
+  const auto solutions = inverse(machine, setup, pose, 0.0);
+  if (!solutions) return false;
+  return std::any_of(solutions->begin(), solutions->end(), [&](const Joints& at) {
+    const double least = at.c + 360.0 * std::ceil((machine.rotary.min - at.c) / 360.0);
+    return least <= machine.rotary.max && at.a >= machine.tilt.min && at.a <= machine.tilt.max;
+  });
+}
+
 /// What to change for a broken limit; nothing for other messages.
 std::string remedy(const MachineModel& machine, const Setup& setup, const Pose& pose,
                    const std::string& text) {
   const char letter = limited_axis(text);
   if (letter == '\0') return {};
-  if (letter == machine.tilt.letter)
+  const bool unwinds = letter == machine.rotary.letter && rotaries_give(pose, machine, setup);
+  if (letter == machine.tilt.letter || (letter == machine.rotary.letter && !unwinds))
     return "; tilt the tool less, or turn the part on the table (setup.fixture_rotation_deg, post --fixture)";
-  if (letter == machine.rotary.letter)
+  if (unwinds)
     return "; cut to and fro (zigzag) or in shorter runs so that the table unwinds, or let the tool be taken "
            "off "
            "in between (post --clear-height, --clear-radius)";

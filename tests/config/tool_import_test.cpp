@@ -45,7 +45,7 @@ const std::string kFusion = R"({"version": 36, "data": [
   "LB": 40, "SFDM": 6, "shoulder-length": 20, "shoulder-diameter": 3.8, "assemblyGaugeLength": 110},
   "shaft": {"segments": [{"height": 20, "lower-diameter": 3.8, "upper-diameter": 3.8},
    {"height": 20, "lower-diameter": 6, "upper-diameter": 8}]},
-  "post-process": {"number": 4, "diameter-offset": 4, "length-offset": 14}},
+  "post-process": {"number": 4, "length-offset": 14}},
  {"description": "neck", "type": "tapered mill", "tapered-type": "tapered_ball", "unit": "millimeters",
   "geometry": {"DC": 2, "RE": 1, "TA": 3, "LCF": 30, "LB": 30, "SFDM": 6, "assemblyGaugeLength": 30}},
  {"description": "D8", "type": "drill", "unit": "millimeters", "geometry": {"DC": 8, "SIG": 118}},
@@ -170,6 +170,7 @@ TEST_F(Imports, ReadsALibraryOfFusion) {
   EXPECT_EQ(library.tools[2].lacks, (std::vector<std::string>{"taper_deg", "length_mm"}));
   EXPECT_TRUE(noted(*fusion, "'neck': the shaft of 2 steps is taken as one of 8 mm"));
   EXPECT_TRUE(noted(*fusion, "'neck': post-process.length-offset is another number"));
+  EXPECT_FALSE(noted(*fusion, "diameter-offset")) << "it is not stated";
   EXPECT_TRUE(noted(*fusion, "TA 3 may be the half or the whole angle"));
   EXPECT_TRUE(noted(*fusion, "'D8': left out: 'drill' is no form"));
   EXPECT_TRUE(noted(*fusion, "wide: left out: diameter_mm: '9000' is out of range"));

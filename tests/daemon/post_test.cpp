@@ -428,8 +428,14 @@ TEST(Post, WhatNoJointsGiveIsNamedWithItsLine) {
   EXPECT_EQ(stuck.error().code, Code::kLimit);
   EXPECT_EQ(stuck.error().message.rfind("in.cls:", 0), 0u) << stuck.error().message;
   EXPECT_NE(stuck.error().message.find(" C "), std::string::npos) << stuck.error().message;
-  EXPECT_NE(stuck.error().message.find("so that the table unwinds"), std::string::npos)
+  EXPECT_NE(stuck.error().message.find("turn the part on the table"), std::string::npos)
       << stuck.error().message;
+  // A table of more than a turn, wound up: turned back it goes on.
+  MachineProfile wound = machine(Dialect::kRs274, false);
+  wound.model.rotary.min = -200, wound.model.rotary.max = 200;
+  const auto end = program_text(winding(3.0), wound, {});
+  ASSERT_FALSE(end);
+  EXPECT_NE(end.error().message.find("so that the table unwinds"), std::string::npos) << end.error().message;
   // The line is the first whose pose neither solution gives.
   const auto line = static_cast<std::uint32_t>(std::stoul(stuck.error().message.substr(7)));
   const AptOperation& op = round.operations[0];
