@@ -41,7 +41,7 @@ class ShopWatch {
     return std::cout.good();
   }
   Result<void> look(const ShopAsk& ask) {
-    Result<ShopView> view = view_shop(ask, ShopPick::kDay);
+    Result<ShopView> view = view_shop(ask, ShopPick::kLastDay);
     if (!view) return tl::unexpected<Error>(view.error());
     if (!usage_due_ || steady_clock::now() > *usage_due_) {
       auto usage = view_usage(ask);

@@ -88,7 +88,7 @@ Result<ShopView> view_shop(const ShopAsk& ask, ShopPick pick) {
     if (auto offer = parse_offer(row[2])) machine.offer = std::move(*offer);
     view.machines.push_back(std::move(machine));
   }
-  const auto jobs = ask(kEntries, {pick == ShopPick::kAll, pick == ShopPick::kDay});
+  const auto jobs = ask(kEntries, {pick == ShopPick::kAll, pick == ShopPick::kLastDay});
   if (!jobs) return tl::unexpected<Error>(jobs.error());
   for (const PgRow& row : jobs->rows) {
     ShopEntry entry{count_of(row[0]),

@@ -60,7 +60,7 @@ struct ShopView {
   std::vector<ShopPlan> plans;
 };
 /// Which jobs: those that are neither done nor withdrawn; with those of the last day, behind them; or all.
-enum class ShopPick : std::uint8_t { kOpen, kDay, kAll };
+enum class ShopPick : std::uint8_t { kOpen, kLastDay, kAll };
 /// Without `usage`.
 Result<ShopView> view_shop(const ShopAsk& ask, ShopPick pick);
 /// Of one that waits: whether a machine could have it, with each one's reason. Pure.

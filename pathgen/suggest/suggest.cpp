@@ -291,7 +291,7 @@ class Search {
 
   /// The free axis, and the fewest fixed directions, both turned on the table as the free one reaches most.
   void tell_free() {
-    ReachQuestion q = question({.mode = AxisMode::kFree});
+    ReachQuestion q = question({.mode = AxisMode::kFree, .origin = {}});
     Vec3 best_way;
     double most = -1.0;
     const MachineModel* machine = mounting_.machine();
@@ -319,7 +319,7 @@ class Search {
   /// Few directions that together reach most; `there`: poses that they cut.
   std::vector<Vec3> fixed_directions(const Setup& setup, std::vector<CutPose>& there) {
     const std::optional<MachineReach> reach = mounting_.reach(setup);
-    ReachQuestion q = question({.mode = AxisMode::kIndexed});
+    ReachQuestion q = question({.mode = AxisMode::kIndexed, .origin = {}});
     q.machine = reach ? &*reach : nullptr;
     std::vector<Vec3> directions{{0, 0, 1}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, -1}};
     const DirectionGrid grid(2);

@@ -105,9 +105,9 @@ void ChipGauge::add(Point<Part> p, double length, int axis, SpanSum& sum) const 
   // A line stands for a cell of the surface: so far round the axis, and all round next to it.
   const double wide = std::min(kPi, cell_ / (radius * std::max(std::abs(along), kLeastSquare)));
   const double first = (angle + kPi - 0.5 * wide) / kColumnAngle, last = first + wide / kColumnAngle;
-  for (int c = static_cast<int>(std::floor(first)); c < last; ++c) {
-    const double share = (std::min(c + 1.0, last) - std::max(1.0 * c, first)) / (last - first);
-    sum.columns[(c + kColumns) % kColumns].add(
+  for (int column = static_cast<int>(std::floor(first)); column < last; ++column) {
+    const double share = (std::min(column + 1.0, last) - std::max(1.0 * column, first)) / (last - first);
+    sum.columns[(column + kColumns) % kColumns].add(
         {whole(volume * share, kSumUnit), whole(force * share / (radius * kColumnAngle), kSumUnit),
          whole(force * share / (2.0 * kPi), kSumUnit), whole(volume * chip * share, kChipUnit)});
   }

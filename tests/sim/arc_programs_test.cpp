@@ -181,8 +181,9 @@ class ArcPrograms : public testing::TestWithParam<ArcShop> {
       ++seeded;
       EXPECT_NE(bad, lines_);
       EXPECT_GT(off(joined(bad)), kPostTolerance) << what << ": " << lines_[at];
-      if (by_own_reader)
+      if (by_own_reader) {
         EXPECT_GT(off_by_own_reader(joined(bad)), kPostTolerance) << what << ", own reader: " << lines_[at];
+      }
     }
     EXPECT_GE(seeded, least) << what;
   }
@@ -375,7 +376,9 @@ TEST_P(ArcPrograms, APlaneThatIsLostOrAnotherOneIsSeen) {
       EXPECT_GT(off(joined(bad)), kPostTolerance) << lines_[i] << " became " << other;
     }
   }
-  if (!one_plane() && !GetParam().planes) EXPECT_GE(seeded, 3u);
+  if (!one_plane() && !GetParam().planes) {
+    EXPECT_GE(seeded, 3u);
+  }
   if (one_plane()) {
     EXPECT_EQ(seeded, 0u);
   }

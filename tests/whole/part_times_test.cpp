@@ -72,7 +72,7 @@ INSTANTIATE_TEST_SUITE_P(Parts, PartTimes,
                                          TimedPart{"handle", "handle_free"},
                                          TimedPart{"handle", "handle_indexed"},
                                          TimedPart{"sphere", "sphere_free"}),
-                         [](const auto& info) { return std::string(info.param.job); });
+                         [](const auto& of) { return std::string(of.param.job); });
 
 }  // namespace
 }  // namespace tiltfeed
