@@ -195,6 +195,9 @@ def drawn(run, desk):
     path, stl = pin_job(run)
     job = int(run.tiltfeed("submit", path)[1])
     run.until("not ready", lambda: run.show(job, "state") == "ready")
+    # The machine stands wherever the job before was stopped, which may be in this part.
+    status, said = run.tiltfeed("machine", "jog", "Z+300", "F20000")
+    assert status == 0, said
     must(desk, "seat/ask")
     must(desk, "run/start", job=job)
     told = until(desk, "the scene", lambda value: value["scene"] and value["scene"]["path"] == value["scene"]["part"] == "ready")
