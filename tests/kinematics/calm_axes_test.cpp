@@ -19,7 +19,7 @@ namespace {
 
 using namespace joint_check;
 
-constexpr double kBall = 3.0;  // radius of path_of's tool
+constexpr double kCalmBall = 3.0;  // radius of path_of's tool
 
 /// At 90 degrees of tilt a cone is an interval of turns. Plain steps down the gradient, each cut off at the
 /// intervals, until nothing moves.
@@ -104,7 +104,7 @@ ToolPath swinging(int count, double swing_deg, unsigned seed) {
     if (i % 12 == 0) rate = (i / 12) % 3 == 2 ? 0.0 : swing_deg * unit(random);
     azimuth += rate, tilt += 0.3 * rate * unit(random), centre.x += 0.3;
     const Vec3 axis = axis_at(std::clamp(tilt, 20.0, 80.0), azimuth);
-    poses.push_back({centre - axis * kBall, axis});
+    poses.push_back({centre - axis * kCalmBall, axis});
   }
   return path_of(poses);
 }
@@ -118,7 +118,7 @@ double machine_seconds(const ToolPath& path) {
   return joints ? time_on_control(joints->moves, m, {}).seconds : 0.0;
 }
 
-Point<Part> centre_of(const Pose& pose) { return pose.tip + pose.axis * kBall; }
+Point<Part> centre_of(const Pose& pose) { return pose.tip + pose.axis * kCalmBall; }
 
 constexpr double kNoLean = 1e-6;
 
@@ -187,7 +187,7 @@ ToolPath swooping(int count, unsigned seed) {
     if (i % 12 == 0) rate = 4.0 * unit(random);
     azimuth += rate, centre.x += 0.02;
     const Vec3 axis = axis_at(47.0 + 35.0 * std::sin(0.09 * i), azimuth);
-    poses.push_back({centre - axis * kBall, axis});
+    poses.push_back({centre - axis * kCalmBall, axis});
   }
   ToolPath path = path_of(poses);
   path.cut_feed = Feed::from_mm_per_min(10'000.0);
