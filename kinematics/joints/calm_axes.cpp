@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kinematics/joints/even_turn.h"
+#include "kinematics/joints/path_splice.h"
 #include "kinematics/machine/sweep.h"
 
 namespace tiltfeed {
@@ -228,31 +229,14 @@ CalmPath calm_axes(const ToolPath& path, Vec3 up, const CalmOptions& options, co
   std::vector<Calmed> calmed(runs.size());
   tbb::parallel_for(std::size_t{0}, runs.size(), [&](std::size_t k) { calmed[k] = calmer.calm(runs[k]); });
   CalmPath out;
-  out.path = path;
-  out.path.moves.clear();
-  std::vector<std::uint32_t> place(path.moves.size() + 1);
-  std::size_t next = 0;
-  const auto keep_to = [&](std::size_t end) {
-    for (; next < end; ++next) {
-      place[next] = static_cast<std::uint32_t>(out.path.moves.size());
-      out.path.moves.push_back(path.moves[next]);
-    }
-  };
+  PathSplice splice(path);
   for (std::size_t k = 0; k < runs.size(); ++k) {
-    keep_to(runs[k].first + 1);
-    bool begins = true;
-    for (std::size_t i = 0; i < calmed[k].moves.size(); ++i) {
-      if (begins) place[next] = static_cast<std::uint32_t>(out.path.moves.size());
-      out.path.moves.push_back(calmed[k].moves[i]);
-      begins = calmed[k].original[i] != 0;
-      if (begins) ++next;
-    }
+    splice.replace(runs[k].first, calmed[k].moves, calmed[k].original);
     out.report.points += calmed[k].points;
     out.report.refused += calmed[k].refused;
     out.report.largest = std::max(out.report.largest, Angle::from_radians(calmed[k].largest));
   }
-  keep_to(path.moves.size());
-  for (FeedChange& change : out.path.feeds) change.move = place[change.move];
+  out.path = splice.finish();
   return out;
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "kinematics/joints/axis_shift_search.h"
+#include "kinematics/joints/path_splice.h"
 #include "kinematics/joints/singularity_pieces.h"
 #include "kinematics/machine/sweep.h"
 
@@ -231,33 +232,16 @@ SingularityBend bend_at_singularity(const ToolPath& path, const MachineModel& ma
   std::vector<Bent> bent(pieces.size());
   tbb::parallel_for(std::size_t{0}, pieces.size(), [&](std::size_t k) { bent[k] = bender.bend(pieces[k]); });
   SingularityBend out;
-  out.path = path;
-  out.path.moves.clear();
-  std::vector<std::uint32_t> place(path.moves.size() + 1);  // of each planned move among the bent ones
-  std::size_t next = 0;
-  const auto keep_to = [&](std::size_t end) {
-    for (; next < end; ++next) {
-      place[next] = static_cast<std::uint32_t>(out.path.moves.size());
-      out.path.moves.push_back(path.moves[next]);
-    }
-  };
+  PathSplice splice(path);
   for (std::size_t k = 0; k < pieces.size(); ++k) {
     out.report.refused += bent[k].refused ? 1 : 0;
     if (bent[k].moves.empty() || bent[k].points == 0) continue;
-    keep_to(pieces[k].first + 1);
-    bool begins = true;
-    for (std::size_t i = 0; i < bent[k].moves.size(); ++i) {
-      if (begins) place[next] = static_cast<std::uint32_t>(out.path.moves.size());
-      out.path.moves.push_back(bent[k].moves[i]);
-      begins = bent[k].original[i] != 0;
-      if (begins) ++next;
-    }
+    splice.replace(pieces[k].first, bent[k].moves, bent[k].original);
     ++out.report.stretches;
     out.report.points += bent[k].points;
     out.report.largest = std::max(out.report.largest, Angle::from_radians(bent[k].largest));
   }
-  keep_to(path.moves.size());
-  for (FeedChange& change : out.path.feeds) change.move = place[change.move];
+  out.path = splice.finish();
   return out;
 }
 
