@@ -5,7 +5,7 @@ import {join} from 'node:path';
 import {after, test} from 'node:test';
 
 import {
-  Desk, bin, check_accessible, check_and_close, check_layout, close_browser, drop, kPhone, kTablet, open_page, run, shot, stop_desks, text_of, wait_until, work,
+  Desk, bin, check_accessible, check_and_close, check_layout, click, close_browser, drop, kPhone, kTablet, open_page, run, shot, stop_desks, text_of, wait_until, work,
 } from './harness.mjs';
 
 after(async () => {
@@ -71,11 +71,6 @@ function two_blocks(name) {
   return file;
 }
 
-const tick = async (page, selector) => {
-  await page.waitForSelector(`${selector}:not(:disabled)`);
-  await page.$eval(selector, (node) => node.click());
-};
-
 test('bodies and faces of a 3MF are listed; the job takes what is ticked, and is planned', async () => {
   const desk = await Desk.start(), page = await open_page(desk), file = two_blocks('blocks.3mf');
   await drop(page, file);
@@ -91,7 +86,7 @@ test('bodies and faces of a 3MF are listed; the job takes what is ticked, and is
   await page.waitForFunction(async () => (await (await fetch('/api/v1/state')).json()).job !== null);
   await page.locator('#tab-part').click();
   // One body: the part is drawn without the other, and so are size and facets.
-  await tick(page, '#body-1');
+  await click(page, '#body-1');
   await part_ready(page, 12);
   await page.waitForFunction(() => document.getElementById('size')?.textContent === '40 x 30 x 20 mm');
   assert.match(await job_text(page), /bodies: \["housing"\]/);
@@ -100,7 +95,7 @@ test('bodies and faces of a 3MF are listed; the job takes what is ticked, and is
   const row = await page.$$eval('#part-faces [data-word]', (nodes) => nodes.map((node) => [node.dataset.word, node.textContent]));
   const red = row.findIndex(([, words]) => words.includes('#ff0000'));
   assert(red >= 0, `${row}`);
-  await tick(page, `#face-${red}`);
+  await click(page, `#face-${red}`);
   await page.waitForFunction(async () => (await (await fetch('/api/v1/state')).json()).job.avoid_faces.length === 1);
   await part_ready(page, 12);
   assert.deepEqual((await state(page)).part.warnings, []);
@@ -129,9 +124,9 @@ test('bodies and faces of a 3MF are listed; the job takes what is ticked, and is
     await fetch('/api/v1/job', {method: 'PUT', body: text, headers: {'Content-Type': 'application/octet-stream', 'X-Tiltfeed-Csrf': csrf}});
   });
   await page.waitForFunction(() => /no body has the name "cover"; there are "housing", "lid"/.test(document.querySelector('#sheet [role=alert]')?.textContent ?? ''));
-  await tick(page, '#body-0');
+  await click(page, '#body-0');
   await part_ready(page, 12);
-  await tick(page, `#face-${red}`);
+  await click(page, `#face-${red}`);
   await page.waitForFunction(async () => (await (await fetch('/api/v1/state')).json()).job.avoid_faces.length === 0);
   await part_ready(page, 12);
   await page.locator('#tab-plan').click();
@@ -150,10 +145,10 @@ async function one_of_a_product(page) {
   await page.locator('#make-job').click();
   await wait_until(async () => (await state(page)).job !== null);
   await page.locator('#tab-part').click();
-  await tick(page, '#body-1');
+  await click(page, '#body-1');
   await page.waitForSelector('#part-choice-problem');
   assert.match(await text_of(page, '#part-choice-problem'), /"block" takes all bodies of that product, "block \(2\)" too/);
-  await tick(page, '#body-0');
+  await click(page, '#body-0');
   await wait_until(async () => (await state(page)).job.bodies.join() === 'block (2),knob');
   await page.waitForFunction(() => JSON.stringify([...document.querySelectorAll('#part-bodies input')].map((node) => node.checked)) === '[false,true,true]');
 }

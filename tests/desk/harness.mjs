@@ -211,6 +211,13 @@ export async function at_rest(page, selector) {
   return box;
 }
 
+/** Clicks what can be clicked. Found and clicked in one step: the page may draw it anew between two. */
+export const click = (page, selector) => page.waitForFunction((wanted) => {
+  const node = document.querySelector(`${wanted}:not(:disabled)`);
+  node?.click();
+  return node !== null;
+}, {}, selector);
+
 export const text_of = (page, selector) => page.$eval(selector, (node) => node.textContent);
 
 const kMostTabs = 120;

@@ -5,7 +5,7 @@ import {join} from 'node:path';
 import {after, test} from 'node:test';
 
 import {
-  Desk, check_accessible, check_and_close, check_layout, close_browser, kPhone, kTablet, end, open_page, part_file, run, shot, stop_desks, text_of, type_field, wait_until, work,
+  Desk, check_accessible, check_and_close, check_layout, click, close_browser, kPhone, kTablet, end, open_page, part_file, run, shot, stop_desks, text_of, type_field, wait_until, work,
 } from './harness.mjs';
 
 after(async () => {
@@ -68,7 +68,7 @@ test('operations are listed, and each is changed where it stands', async () => {
   await type_field(page, 'key-cutter.length_mm', '125');
   await page.waitForFunction(async () => (await (await fetch('/api/v1/job/text')).text()).includes('length_mm: 125, shank'));
   assert.equal(changes(now, now = await job_text(page)).length, 1);
-  await page.$eval('#own-cutter', (node) => node.click());
+  await click(page, '#own-cutter');
   await page.waitForFunction(() => document.querySelector('#own-cutter')?.textContent === 'Take that of all');
   now = await job_text(page);
   assert.match(now, /- name: finish\n[^-]*cutter: \{type: ball, diameter_mm: 2, length_mm: 125, shank_length_mm: 40\}/);
@@ -80,7 +80,7 @@ test('operations are listed, and each is changed where it stands', async () => {
   await page.waitForFunction(() => document.querySelector('#operation-2').textContent.includes('tool 3, ball 3 mm'));
   await page.waitForFunction(() => document.querySelectorAll('#job-errors li').length === 0);
   // Another place, a copy, another name, one less.
-  await page.$eval('#operation-up-3', (node) => node.click());
+  await click(page, '#operation-up-3');
   await names_are(page, ['semi-finish', 'middle once more', 'finish']);
   await page.waitForSelector('#operation-3[aria-pressed=true]', 'the one that was chosen goes with its fields');
   await type_field(page, 'operation-new', 'last');
@@ -92,7 +92,7 @@ test('operations are listed, and each is changed where it stands', async () => {
   await wait_until(() => page.faults.length > 0);
   assert.match(page.faults.pop(), /409/);  // the browser tells of it, too
   assert.deepEqual(page.faults, []);
-  await page.$eval('#operation-remove-1', (node) => node.click());
+  await click(page, '#operation-remove-1');
   await names_are(page, ['middle once more', 'finish', 'last']);
   await type_field(page, 'operation-name', 'fine');
   await names_are(page, ['middle once more', 'fine', 'last']);
@@ -144,7 +144,7 @@ test('all are planned, drawn and cut by name, as the command line does it; one a
   const all = await seen();
   assert(all.every((count) => count > 5), `every operation is seen: ${all}`);
   for (let i = 0; i < 3; ++i) {
-    await page.$eval(`#path-operation-${i}`, (node) => node.click());
+    await click(page, `#path-operation-${i}`);
     const alone = await seen();
     assert(alone[i] > 5 && alone.every((count, k) => k === i || count === 0), `operation ${i} alone: ${alone}`);
     const last = blocks.slice(0, i + 1).reduce((sum, count) => sum + count, 0);
@@ -156,7 +156,7 @@ test('all are planned, drawn and cut by name, as the command line does it; one a
     }, Infinity));
     assert(Math.abs(radius - [2, 1, 1][i]) < 1e-3, `${radius}`);
   }
-  await page.$eval('#path-operation--1', (node) => node.click());
+  await click(page, '#path-operation--1');
   await shot(page, 'operations-plan-900');
   await check_accessible(page);
   await check_layout(page, false);
@@ -169,7 +169,7 @@ test('all are planned, drawn and cut by name, as the command line does it; one a
   const told = await page.$$eval('#cut-operations button', (nodes) => nodes.map((node) => [...node.children].map((child) => child.textContent)));
   assert.deepEqual(told, verified.operations.map(({operation, verdict}) => [operation, verdict[0].toUpperCase() + verdict.slice(1)]));
   for (const [i, name] of kNames.entries()) {
-    await page.$eval(`#cut-operation-${name.replaceAll(' ', '-')}`, (node) => node.click());
+    await click(page, `#cut-operation-${name.replaceAll(' ', '-')}`);
     const removed = Math.round(verified.operations[i].removed_mm3).toLocaleString('en');
     await page.waitForFunction((title, text) => document.querySelector('#sheet h3')?.textContent === title && document.getElementById('cut-facts')?.textContent.includes(text), {}, name, `Removed${removed} mm³`);
   }

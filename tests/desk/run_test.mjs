@@ -8,7 +8,7 @@ import {createInterface} from 'node:readline';
 import {after, before, test} from 'node:test';
 
 import {
-  Desk, at_rest, bin, check_accessible, check_and_close, check_layout, close_browser, is_red, kPhone, kTablet, open_browser, open_page, part_file, pin_job, run, shot, tab_to, text_of, wait_until, work,
+  Desk, at_rest, bin, check_accessible, check_and_close, check_layout, click, close_browser, is_red, kPhone, kTablet, open_browser, open_page, part_file, pin_job, run, shot, tab_to, text_of, wait_until, work,
 } from './harness.mjs';
 
 const root = new URL('../..', import.meta.url).pathname, shop = join(work, 'shop'), socket = join(shop, 'api.sock');
@@ -73,7 +73,7 @@ const take_seat = async (page) => {
   await page.waitForSelector('#seat-give');
 };
 const leave_seat = async (page) => {
-  await page.$eval('#seat-give', (node) => node.click());
+  await click(page, '#seat-give');
   await page.waitForFunction(() => /Nobody has the seat/.test(document.getElementById('seat')?.textContent));
 };
 /** As a thumb does: down, and up when `until` has come. */

@@ -5,7 +5,7 @@ import {spawn} from 'node:child_process';
 import {createInterface} from 'node:readline';
 import {after, before, test} from 'node:test';
 
-import {Desk, bin, check_accessible, check_and_close, check_layout, close_browser, kDesktop, kPhone, kTablet, open_page, shot, tab_to, text_of, wait_until} from './harness.mjs';
+import {Desk, bin, check_accessible, check_and_close, check_layout, click, close_browser, kDesktop, kPhone, kTablet, open_page, shot, tab_to, text_of, wait_until} from './harness.mjs';
 
 const kStage = new URL('../system/shop_stage.py', import.meta.url).pathname;
 let stage, lines, desk, absent = false;
@@ -119,19 +119,19 @@ test('jobs say why no machine fits, and are offered again and withdrawn by a wor
   await page.keyboard.press('Enter');  // the focus is on what changes nothing
   await page.waitForSelector('#shop-confirm', {hidden: true});
   assert.equal((await tell('sql SELECT state FROM tiltfeed.jobs WHERE number = 5'))[0][0], 'ready');
-  await page.$eval('#withdraw-5', (node) => node.click());
+  await click(page, '#withdraw-5');
   await page.waitForSelector('#shop-confirm:not([hidden])');
-  await page.$eval('#shop-yes', (node) => node.click());
+  await click(page, '#shop-yes');
   await page.waitForFunction(() => /job 5 of the shop is withdrawn/.test(document.getElementById('shop-note').textContent));
   await job_says(page, 5, 'withdrawn');
   assert.equal((await tell('sql SELECT state FROM tiltfeed.jobs WHERE number = 5'))[0][0], 'withdrawn');
-  await page.$eval('#release-7', (node) => node.click());
-  await page.$eval('#shop-yes', (node) => node.click());
+  await click(page, '#release-7');
+  await click(page, '#shop-yes');
   await job_says(page, 7, 'open');
   // What has begun meanwhile is refused in the queue's own words.
   await tell("sql UPDATE tiltfeed.jobs SET state = 'running', machine = (SELECT id FROM tiltfeed.machines WHERE name = 'generic-ac') WHERE number = 1");
-  await page.$eval('#withdraw-1', (node) => node.click());
-  await page.$eval('#shop-yes', (node) => node.click());
+  await click(page, '#withdraw-1');
+  await click(page, '#shop-yes');
   await page.waitForFunction(() => /it has begun/.test(document.getElementById('shop-problem').textContent));
   await wait_until(() => page.faults.length > 0);
   assert.match(page.faults.pop(), /409/);
@@ -164,10 +164,10 @@ test('a halted queue says why, who has not been back, and goes on by a word', as
   await page.waitForSelector('#shop-raise', {visible: true});
   await shot(page, 'shop-halted');
   await page.waitForFunction(() => [...document.querySelectorAll('.machine')].some((one) => /has not told its part/.test(one.textContent)));
-  await page.$eval('#shop-raise', (node) => node.click());
+  await click(page, '#shop-raise');
   await page.waitForSelector('#shop-confirm:not([hidden])');
   assert.match(await text_of(page, '#shop-confirm'), /Halted: the database is behind.*Not back yet: ac5 south/);
-  await page.$eval('#shop-yes', (node) => node.click());
+  await click(page, '#shop-yes');
   await page.waitForSelector('#shop-halted', {hidden: true});
   assert.deepEqual(await tell('sql SELECT epoch, halted FROM tiltfeed.shop'), [['2', '']]);
   await check_and_close(page);
