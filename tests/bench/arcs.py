@@ -11,6 +11,9 @@ import subprocess
 import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+sys.path.insert(0, f"{ROOT}/tests/system")
+import set_ups as made  # noqa: E402
+
 FIXED = (r"^axis:.*?(?=^pattern)", "axis: {mode: fixed, n: [0, 0, 1], t: [1, 0, 0]}\n\n")
 LEVELS = (r"^pattern:.*?(?=^tolerance)", "pattern: {kind: z_level, step_down_mm: 0.5}\n\n")
 # What it is, job, dialect, keys of the program, changes of the job.
@@ -25,15 +28,6 @@ JOBS = [
     ("handle indexed, levels, in planes", "handle_indexed", "siemens", "tilted_planes: true", (LEVELS,)),
 ]
 ARCS = (0, 0.002, 0.004)
-
-
-def write_machine(path, dialect, keys):
-    with open(f"{ROOT}/config/machines/generic-ac.yaml") as file:
-        text = file.read()
-    for section in ("program", "link"):
-        text = re.sub(rf"^{section}:.*?(?=^\S|\Z)", "", text, flags=re.M | re.S)
-    with open(path, "w") as file:
-        file.write(f"{text.rstrip()}\nprogram:\n  dialect: {dialect}\n  {keys}\n")
 
 
 def write_job(path, job, arc, changes):
@@ -68,7 +62,7 @@ def main():
     print("| job | blocks without arcs | " + " | ".join(f"of {arc} mm: blocks, arcs" for arc in ARCS[1:]) + " |")
     print("|---|---|" + "---|" * (len(ARCS) - 1))
     for what, job, dialect, keys, changes in JOBS:
-        write_machine(f"{work}/machine.yaml", dialect, keys)
+        made.write_machine(f"{work}/machine.yaml", f"dialect: {dialect}, {keys}")
         cells = []
         for arc in ARCS:
             write_job(f"{work}/job.yaml", job, arc, changes)

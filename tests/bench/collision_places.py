@@ -8,13 +8,12 @@ collision_places.py BIN_FOLDER WORK_FOLDER [FIRST [LAST]]   the table of sim/col
 
 import json
 import os
-import re
 import subprocess
 import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 sys.path.insert(0, f"{ROOT}/tests/system")
-import set_ups_test as made  # noqa: E402
+import set_ups as made  # noqa: E402
 
 UP, LINE, INDEXED = made.UP, made.LINE, made.INDEXED
 POINT = made.POINT
@@ -43,25 +42,13 @@ PROGRAMS = [
 ]
 
 
-def write_machine(path, name, dialect, keys):
-    with open(f"{ROOT}/config/machines/{name}.yaml") as file:
-        text = file.read()
-    known = re.search(r"^program:.*?(?=^\S|\Z)", text, re.M | re.S)
-    text = text.replace(known.group(0), "") if known else text
-    text = re.sub(r"^link:.*?(?=^\S|\Z)", "", text, flags=re.M | re.S)
-    with open(path, "w") as file:
-        file.write(f"{text.rstrip()}\nprogram:\n  dialect: {dialect}\n" + (f"  {keys}\n" if keys else ""))
-
-
 def write_job(work, name, machine, part, axis, more, fixtures):
-    made.write_job(work, name, part, axis, fixtures, ROWS, more + "program: {tool: 1}\n")
-    with open(f"{work}/{name}.yaml") as file:
-        text = file.read()
-    with open(f"{work}/{name}.yaml", "w") as file:
-        text = text.replace(f"{ROOT}/config/machines/generic-ac.yaml", machine)
-        if part == "rod":  # its axis along the dividing head's
-            text = text.replace("part_zero_mm: [0, 0, 100]", "part_zero_mm: [0, 0, 0], fixture_rotation_deg: [0, 90, 0]")
-        file.write(text)
+    made.write_job(work, name, part, axis, fixtures, ROWS, more + "program: {tool: 1}\n", machine)
+    if part == "rod":  # its axis along the dividing head's
+        with open(f"{work}/{name}.yaml") as file:
+            text = file.read()
+        with open(f"{work}/{name}.yaml", "w") as file:
+            file.write(text.replace("part_zero_mm: [0, 0, 100]", "part_zero_mm: [0, 0, 0], fixture_rotation_deg: [0, 90, 0]"))
 
 
 def main():
@@ -78,7 +65,7 @@ def main():
     for number, (name, machine, dialect, keys, part, axis, more, fixtures, blind) in enumerate(PROGRAMS, 1):
         if not first <= number <= last:
             continue
-        write_machine(f"{work}/m{number}.yaml", machine, dialect, keys)
+        made.write_machine(f"{work}/m{number}.yaml", f"dialect: {dialect}, {keys}", name=machine)
         far = [made.box("far away", (1, 1, 1), (0, 0, -90))]
         write_job(work, f"p{number}", f"m{number}.yaml", part, axis, more, fixtures)
         write_job(work, f"b{number}", f"m{number}.yaml", part, axis, more, far if blind else fixtures)

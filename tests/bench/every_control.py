@@ -12,6 +12,9 @@ import subprocess
 import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+sys.path.insert(0, f"{ROOT}/tests/system")
+import set_ups as made  # noqa: E402
+
 JOBS = ("tyre", "pin", "pin_operations", "pin_rest", "sphere", "sphere_free", "handle", "handle_free", "handle_indexed")
 PARTS = ("tyre", "pin", "sphere", "handle")
 WITHOUT = ("rs274", "grbl", "fanuc", "haas", "siemens", "heidenhain", "heidenhain_iso")
@@ -46,15 +49,6 @@ FAULTS = {"0.5 mm deeper": ("Z", number("Z", lambda z: z - 0.5)), "sign of the t
 
 def call(binaries, work, program, *words):
     return subprocess.run([f"{binaries}/{program}", *words], cwd=work, capture_output=True, text=True, check=False)
-
-
-def write_machine(path, dialect, tcp):
-    with open(f"{ROOT}/config/machines/generic-ac.yaml", encoding="utf-8") as file:
-        text = file.read()
-    for section in ("program", "link"):
-        text = re.sub(rf"^{section}:.*?(?=^\S|\Z)", "", text, flags=re.M | re.S)
-    with open(path, "w", encoding="utf-8") as file:
-        file.write(f"{text.rstrip()}\nprogram: {{dialect: {dialect}{', tcp: true' if tcp else ''}}}\n")
 
 
 def write_job(work, name, machine):
@@ -95,7 +89,7 @@ def main():
     print("| words | " + " | ".join(jobs) + " | faults found |\n" + "|---" * (len(jobs) + 2) + "|")
     for dialect, tcp in CONTROLS:
         machine, row = f"{dialect}{'_tcp' if tcp else ''}.yaml", []
-        write_machine(f"{work}/{machine}", dialect, tcp)
+        made.write_machine(f"{work}/{machine}", f"dialect: {dialect}{', tcp: true' if tcp else ''}")
         for name in jobs:
             write_job(work, name, machine)
             program = f"{name}_{machine[:-5]}.nc"

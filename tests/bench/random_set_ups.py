@@ -21,7 +21,7 @@ import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 sys.path.insert(0, f"{ROOT}/tests/system")
-import set_ups_test as made  # noqa: E402
+import set_ups as made  # noqa: E402
 
 SURE = 2e-6  # mm: what the judge's distances are sure to
 # By machine: how high a part may stand there, mm.
@@ -72,20 +72,8 @@ def fixtures_of(dice, half, height, radius, most):
                   enumerate((max(half + 22, near + dice.uniform(-30, 40)), dice.uniform(0, 2 * math.pi)) for _ in range(2))]
 
 
-def write_stl(path, faces):
-    with open(path, "w", encoding="ascii") as out:
-        out.write("solid part\n")
-        for face in faces:
-            out.write("facet normal 0 0 0\nouter loop\n" + "".join("vertex %.9g %.9g %.9g\n" % corner for corner in face)
-                      + "endloop\nendfacet\n")
-        out.write("endsolid part\n")
-
-
 def write_machine(dice, path, name, dialect, keys):
-    with open(f"{ROOT}/config/machines/{name}.yaml", encoding="utf-8") as file:
-        text = file.read()
-    for section in ("program", "link"):
-        text = re.sub(rf"^{section}:.*?(?=^\S|\Z)", "", text, flags=re.M | re.S)
+    text = made.profile(name)
     # Rotary words that every dialect has.
     text = re.sub(r"^  word: (shortest|signed).*", "  min_deg: -36000\n  max_deg: 36000", text, flags=re.M)
     if re.search(r"^  prefer: \w+", text, re.M):
@@ -95,7 +83,7 @@ def write_machine(dice, path, name, dialect, keys):
     if keys == "" and dialect in ("rs274", "grbl") and dice.random() < 0.2:
         keys = "retract: none"
     with open(path, "w", encoding="utf-8") as file:
-        file.write(f"{text.rstrip()}\nprogram:\n  dialect: {dialect}\n" + (f"  {keys}\n" if keys else ""))
+        file.write(f"{text}program: {{dialect: {dialect}, {keys}}}\n")
 
 
 def write_job(path, stl, machine, axis, zero, tool, fixtures):
@@ -132,7 +120,7 @@ class Case:
         self.fixed, self.fixtures = fixtures_of(dice, half, height, {"generic-ac": 83}.get(self.machine, 60),
                                                 80 if small else 260)
         self.zero = round(dice.uniform(*MACHINES[self.machine]))
-        write_stl(f"{self.work}/part.stl", faces)
+        made.write_facets(f"{self.work}/part.stl", faces)
         write_machine(dice, f"{self.work}/machine.yaml", self.machine, self.dialect, keys)
         self.write("job", self.fixtures)
         self.what = f"{kind} {mode}, {self.fixed}, {self.machine}, {self.dialect} {keys}".strip()

@@ -14,8 +14,8 @@ import threading
 import time
 import tty
 
-import set_ups_test as made
-from service_run import ROOT, Run
+import set_ups as made
+from service_run import Run
 
 XON = b"\x11"
 
@@ -43,15 +43,6 @@ class Control(threading.Thread):
 
     def lines(self):
         return [line for line in self.heard.replace(b"\0", b"").decode("ascii").split("\n") if line]
-
-
-def write_machine(path):
-    with open(f"{ROOT}/config/machines/generic-ac.yaml", encoding="utf-8") as file:
-        text = file.read()
-    for section in ("program", "link"):
-        text = re.sub(rf"^{section}:.*?(?=^\S|\Z)", "", text, flags=re.M | re.S)
-    with open(path, "w", encoding="utf-8") as out:
-        out.write(f"{text.rstrip()}\nprogram:\n  dialect: fanuc\n  tilted_planes: true\n")
 
 
 def sent(path):
@@ -82,7 +73,7 @@ def plunges_of_operations(run):
 def main():
     run = Run(sys.argv[1], sys.argv[2])
     made.write_parts(run.work)
-    write_machine(f"{run.work}/machine.yaml")
+    made.write_machine(f"{run.work}/machine.yaml", "dialect: fanuc, tilted_planes: true")
     made.write_job(run.work, "job", "roof", made.INDEXED, [made.box("plate", (60, 40, 10), (0, 0, -10))], made.ROWS,
                    "program: {tool: 1}\n", "machine.yaml")
     control = Control()

@@ -6,12 +6,11 @@ back from a tool change. What nobody can hold is said: a program without a job, 
 start_hold_test.py BIN_FOLDER WORK_FOLDER
 """
 
-import re
 import signal
 import sys
 
-import set_ups_test as made
-from service_run import ROOT, Run, axes, write_feeds
+import set_ups as made
+from service_run import Run, axes, write_feeds
 
 # A post between the part and where the machine stands; the program has no retract, so that it goes across as it is.
 FIXTURES = [made.post("tower", 20, 300, (110, 110, 0)), made.box("plate", (60, 40, 10), (0, 0, -10))]
@@ -20,12 +19,7 @@ NOT_HELD = "the way to the program's first place is not held against part, fixtu
 
 
 def write_machine(path, retract, body=""):
-    with open(f"{ROOT}/config/machines/generic-ac.yaml", encoding="utf-8") as file:
-        text = file.read()
-    text = re.sub(r"^program:.*?(?=^\S|\Z)", "", text, flags=re.M | re.S)
-    text = text.replace("  - {name: nose,", body + "  - {name: nose,")
-    with open(path, "w", encoding="utf-8") as out:
-        out.write(f"{text.rstrip()}\nprogram: {{dialect: grbl{retract}}}\n")
+    made.write_machine(path, f"dialect: grbl{retract}", without=("program",), changes=(("  - {name: nose,", body + "  - {name: nose,"),))
 
 
 def submit(run, file, number):

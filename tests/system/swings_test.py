@@ -8,11 +8,10 @@ swings_test.py BIN_FOLDER WORK_FOLDER
 
 import math
 import os
-import re
 import shutil
 import sys
 
-import set_ups_test as made
+import set_ups as made
 
 PLATE = [made.box("plate", (60, 40, 10), (0, 0, -10))]
 ROOF = "{mode: indexed, most_directions: 2}"
@@ -92,31 +91,18 @@ TURN_SET_UPS = [
 
 
 def write_machine(path, bodies, dialect="siemens", z_max=800, rotary=36000, tilt_min=-110, prefer="quicker", keys=""):
-    with open(f"{made.ROOT}/config/machines/generic-ac.yaml") as file:
-        text = file.read()
-    for section in ("program", "link"):
-        text = re.sub(rf"^{section}:.*?(?=^\S|\Z)", "", text, flags=re.M | re.S)
-    for old, new in (("z: {min_mm: -600, max_mm: 800,", f"z: {{min_mm: -600, max_mm: {z_max},"),
-                     ("min_deg: -110", f"min_deg: {tilt_min}"), ("prefer: quicker", f"prefer: {prefer}"),
-                     ("min_deg: -36000", f"min_deg: {-rotary}"), ("max_deg: 36000", f"max_deg: {rotary}"),
-                     ("  - {name: nose,", bodies + "  - {name: nose,")):
-        assert old in text, old
-        text = text.replace(old, new)
     keys = keys or ("" if dialect == "rs274" else "tilted_planes: true")
-    with open(path, "w") as file:
-        file.write(f"{text.rstrip()}\nprogram:\n  dialect: {dialect}\n  {keys}\n")
+    made.write_machine(path, f"dialect: {dialect}, {keys}", changes=(
+        ("z: {min_mm: -600, max_mm: 800,", f"z: {{min_mm: -600, max_mm: {z_max},"),
+        ("min_deg: -110", f"min_deg: {tilt_min}"), ("prefer: quicker", f"prefer: {prefer}"),
+        ("min_deg: -36000", f"min_deg: {-rotary}"), ("max_deg: 36000", f"max_deg: {rotary}"),
+        ("  - {name: nose,", bodies + "  - {name: nose,")))
 
 
 def write_twin(path):
     """Two blocks, 360 mm apart."""
-    faces = [[(x + off, y, z) for x, y, z in face] for off in (-200, 200)
-             for face in made.prism([(-20, 0), (20, 0), (20, 5), (-20, 15)], 20)]
-    with open(path, "w") as out:
-        out.write("solid part\n")
-        for face in faces:
-            vertices = "".join("vertex %.9g %.9g %.9g\n" % corner for corner in face)
-            out.write(f"facet normal 0 0 0\nouter loop\n{vertices}endloop\nendfacet\n")
-        out.write("endsolid part\n")
+    made.write_facets(path, [[(x + off, y, z) for x, y, z in face] for off in (-200, 200)
+                             for face in made.prism([(-20, 0), (20, 0), (20, 5), (-20, 15)], 20)])
 
 
 def main():
