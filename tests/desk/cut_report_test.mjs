@@ -4,7 +4,7 @@ import {readFileSync, writeFileSync} from 'node:fs';
 import {join} from 'node:path';
 import {after, before, test} from 'node:test';
 
-import {check_accessible, check_and_close, check_layout, close_browser, kDesktop, kPhone, kTablet, open_file, pin_job, run, shot, text_of, work} from './harness.mjs';
+import {check_accessible, check_and_close, check_layout, close_browser, differ, kDesktop, kPhone, kTablet, open_file, pin_job, run, seen, shot, text_of, work} from './harness.mjs';
 
 const folder = join(work, 'cut_report'), page_of = (name) => join(folder, name, 'index.html');
 const kSmall = {width: 1100, height: 800};
@@ -103,15 +103,9 @@ test('machine and fixtures move as the run went; the tool that they carry is whe
     return most;
   });
   assert(off < 5e-3, `${off} mm`);  // float32
-  const seen = () => page.evaluate(() => {
-    const {clientWidth: w, clientHeight: h} = document.getElementById('canvas'), points = [];
-    for (let i = 0; i < 40; ++i) for (let k = 0; k < 40; ++k) points.push([w * (i + 0.5) / 40, h * (k + 0.5) / 40]);
-    return window.tiltfeed.colours_at(points);
-  });
-  const differ = (a, b) => a.filter((c, i) => c.some((x, k) => Math.abs(x - b[i][k]) > 8)).length;
-  const bare = await seen();
+  const bare = await seen(page);
   await page.select('#cut-machine', 'all');
-  assert(differ(bare, await seen()) > 100, 'the machine is seen');
+  assert(differ(bare, await seen(page)) > 100, 'the machine is seen');
   // What is drawn goes with the slider: the head leans as the tool does.
   for (const time of [3000, 9000, 10000]) {
     await set_time(page, time);

@@ -211,6 +211,14 @@ export async function at_rest(page, selector) {
   return box;
 }
 
+/** The colours of the view at 40 x 40 places, and at how many of them two such looks differ. */
+export const seen = (page) => page.evaluate(() => {
+  const {clientWidth: w, clientHeight: h} = document.getElementById('canvas'), points = [];
+  for (let i = 0; i < 40; ++i) for (let k = 0; k < 40; ++k) points.push([w * (i + 0.5) / 40, h * (k + 0.5) / 40]);
+  return window.tiltfeed.colours_at(points);
+});
+export const differ = (a, b) => a.filter((c, i) => c.some((x, k) => Math.abs(x - b[i][k]) > 8)).length;
+
 /** Clicks what can be clicked. Found and clicked in one step: the page may draw it anew between two. */
 export const click = (page, selector) => page.waitForFunction((wanted) => {
   const node = document.querySelector(`${wanted}:not(:disabled)`);

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import {readFileSync} from 'node:fs';
 import {after, test} from 'node:test';
 
-import {Desk, check_accessible, check_layout, close_browser, kPhone, end, open_page, part_file, pin_job, shot, stop_desks, text_of, wait_until} from './harness.mjs';
+import {Desk, check_accessible, check_layout, close_browser, differ, kPhone, end, open_page, part_file, pin_job, seen, shot, stop_desks, text_of, wait_until} from './harness.mjs';
 
 after(async () => {
   stop_desks();
@@ -117,21 +117,15 @@ test('the machine moves as the blocks say', async () => {
     return most;
   });
   assert(off < 2e-3, `${off} mm`);  // float32
-  const seen = () => page.evaluate(() => {
-    const {clientWidth: w, clientHeight: h} = document.getElementById('canvas'), points = [];
-    for (let i = 0; i < 40; ++i) for (let k = 0; k < 40; ++k) points.push([w * (i + 0.5) / 40, h * (k + 0.5) / 40]);
-    return window.tiltfeed.colours_at(points);
-  });
-  const differ = (a, b) => a.filter((c, i) => c.some((x, k) => Math.abs(x - b[i][k]) > 8)).length;
-  const bare = await seen();
+  const bare = await seen(page);
   await page.select('#machine-shown', 'all');
-  const end_of_run = await seen();
+  const end_of_run = await seen(page);
   assert(differ(bare, end_of_run) > 100, 'the machine is seen');
   await page.$eval('#time', (slider) => {
     slider.value = 4321;
     slider.dispatchEvent(new Event('input'));
   });
-  assert(differ(await seen(), end_of_run) > 20, 'it has moved');
+  assert(differ(await seen(page), end_of_run) > 20, 'it has moved');
   await check_accessible(page);
   await shot(page, 'plan-machine-1920');
   await end({desk, page});
