@@ -10,6 +10,9 @@ namespace tiltfeed::pathgen {
 
 namespace {
 
+/// Cosine between a tool and the axis at its reference; less: the column there is another's.
+constexpr double kOwnColumn = 1.0 - 1e-9;
+
 double sign_of(const AxisFrame& frame) {
   assert(frame.mode != AxisMode::kFree);
   assert(frame.mode != AxisMode::kIndexed);
@@ -205,6 +208,10 @@ double Deformation::column_length(Point<Flat> f) const {
   if (s_ < 0.0) return -f.z;
   const double inwards = frame_.mode == AxisMode::kCircle ? -std::cos(f.y / scale_y_) : 0.0;
   return inwards > 0.0 ? frame_.circle_radius / inwards - f.z : std::numeric_limits<double>::infinity();
+}
+
+bool Deformation::is_astray(Point<Part> p, Vec3 axis) const {
+  return frame_.mode == AxisMode::kCircle && dot(axis_at(p), axis) < kOwnColumn;
 }
 
 std::optional<Point<Part>> Deformation::column_end(double x, double y) const {

@@ -127,6 +127,9 @@ class Deformation {
   /// circle in inside work; to the axis of Theta from the inner half of a circle in outside work; else
   /// infinite.
   double column_length(Point<Flat> f) const;
+  /// Has a tool with its reference at p and this axis (unit) run on into another column, past the axis of
+  /// Theta? Only from a circle can it.
+  bool is_astray(Point<Part> p, Vec3 axis) const;
   /// The place where the column (x, y) ends, if it does.
   std::optional<Point<Part>> column_end(double x, double y) const;
   /// Is f at least `margin` (mm) inside its own column: away from the point, line or circle on its own side

@@ -18,8 +18,6 @@ namespace {
 
 /// A cone is checked as this many cylinders, each as wide as the cone's piece at its top.
 constexpr int kStepsPerCone = 8;
-/// Cosine between a tool and the axis of the column that its reference is in; less: that column is another's.
-constexpr double kOwnColumn = 1.0 - 1e-9;
 /// Of the way down: how closely the end of a rapid is looked for.
 constexpr double kRapidEnd = 1.0 / 64.0;
 /// Of a cylinder's radius: how far apart places on its axis are asked what is within the radius.
@@ -309,10 +307,7 @@ Point<Part> OppositeWall::reference_of(const Pose& pose) const {
   return pose.tip + pose.axis * reference_height_;
 }
 
-bool OppositeWall::is_astray(const Pose& pose) const {
-  return map_.frame().mode == AxisMode::kCircle &&
-         dot(map_.axis_at(reference_of(pose)), pose.axis) < kOwnColumn;
-}
+bool OppositeWall::is_astray(const Pose& pose) const { return map_.is_astray(reference_of(pose), pose.axis); }
 
 /// All of the tool, of whose place nothing is known.
 bool OppositeWall::stands_in_part(Tool& tool, const Pose& pose) const {

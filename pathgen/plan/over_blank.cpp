@@ -9,9 +9,6 @@
 namespace tiltfeed::pathgen {
 namespace {
 
-/// Cosine between a tool and the axis of the column that its reference is in; less: the surface has run on
-/// past the axis of Theta.
-constexpr double kOwnColumn = 1.0 - 1e-9;
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
 }  // namespace
@@ -25,8 +22,8 @@ std::function<bool(const Pose&, const Pose&)> meets_blank(const PlanOptions& opt
     for (double k = 0.0; k <= count; ++k) {
       const Vec3 axis = slerp(from.axis, to.axis, k / count);
       const Point<Part> reference = lerp(from.tip, to.tip, k / count) + axis * height;
-      const bool astray = dot(map.axis_at(reference), axis) < kOwnColumn;
-      const double column = astray ? -kFar : map.column_length(map.flatten(reference));
+      const double column =
+          map.is_astray(reference, axis) ? -kFar : map.column_length(map.flatten(reference));
       if (column < kFar && tool.stands_in(reference, axis, column)) return true;
     }
     return false;

@@ -151,5 +151,24 @@ TEST(Deformation, AxisPointsAsTheSenseSays) {
   }
 }
 
+// A tool runs along its own axis line up to the column's end and over it.
+TEST(Deformation, AToolIsAstrayPastTheEndOfItsColumn) {
+  std::mt19937 random(5);
+  for (const AxisFrame& frame : frames()) {
+    const Deformation map(frame, kScaleRadius);
+    const bool ends = frame.mode == AxisMode::kCircle && frame.sense == Sense::kOutward;
+    for (int i = 0; i < 20; ++i) {
+      Point<Flat> f = random_flat(map, random);
+      if (ends) f.y = (f.y < 0.0 ? -1.0 : 1.0) * 2.5 * map.scale_y();  // from the inner half
+      const Point<Part> p = map.unflatten(f);
+      const Vec3 axis = map.axis_at(p);
+      const auto end = map.column_end(f.x, f.y);
+      const double rest = end && ends ? length(*end - p) : 1e3;
+      EXPECT_FALSE(map.is_astray(p + axis * (0.99 * rest * (map.s() > 0.0 ? 1.0 : 0.0)), axis));
+      if (ends) EXPECT_TRUE(map.is_astray(p + axis * (1.01 * rest), axis));
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tiltfeed
