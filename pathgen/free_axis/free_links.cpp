@@ -13,7 +13,6 @@
 #include "pathgen/linking/run_order.h"
 #include "pathgen/tool/blank_solid.h"
 #include "pathgen/tool/face_containment.h"
-#include "pathgen/tool/tool_in_blank.h"
 
 namespace tiltfeed::pathgen {
 
@@ -48,19 +47,19 @@ struct Polar {
 class RunLinker {
  public:
   RunLinker(const Admissibility& admissible, const ToolAxisOptions& how, const PlanOptions& options,
-            const std::vector<std::uint32_t>& source)
+            const std::vector<std::uint32_t>& source, const LinkStock& stock)
       : admissible_(admissible),
         tool_(admissible.tool()),
         strayed_(tool_.tree(), grown(options, stray_of_rapids(options.tolerance)), 0.0),
         options_(options),
         source_(source),
+        stock_(stock),
         joins_(admissible, how, options.links.join_distance),
         faces_(options.only_faces ? std::make_unique<const FaceContainment>(options) : nullptr) {
     Box box = tool_.bounds();
     if (options.blank)
       for (const Point<Part> corner : {options.blank->bounds().min, options.blank->bounds().max})
         box = grown(box, corner);
-    if (options.from_blank) blank_.emplace(options);
     centre_ = lerp(box.min, box.max, 0.5);
     radius_ = (distance(box.min, box.max) / 2.0 + options.links.clearance + tool_.widest()) * kSphereSpare;
     height_ = reference_height(options.cutter);
@@ -147,7 +146,8 @@ class RunLinker {
   /// `from`: how far over it, along its axis, the tool is.
   void plunge(const ToolAxisPoint& to, double from) {
     double over = options_.links.approach;
-    if (blank_) over = std::max(over, blank_->clear_down_to(to.point.centre, to.axis, from, over));
+    if (stock_.clear_down_to)
+      over = std::max(over, stock_.clear_down_to(to.point.centre, to.axis, from, over));
     if (over < from) push(pose(to, over), MoveKind::kRapid);
     push(pose(to, 0.0), MoveKind::kPlunge, to.point.facet);
   }
@@ -173,7 +173,7 @@ class RunLinker {
     const double turn = angle_between(from.axis, over.axis);
     if (distance(from.tip, over.tip) > kShortWay * lift || turn > kShortTurn || !clear(from, over))
       return false;
-    if (blank_ && (blank_->moves_in(pose(*down_, 0.0), from) || blank_->moves_in(from, over))) return false;
+    if (stock_.short_way_in && stock_.short_way_in(pose(*down_, 0.0), from, over)) return false;
     push(from, MoveKind::kRapid);
     divide(from, over);
     plunge(to, lift);
@@ -341,11 +341,11 @@ class RunLinker {
   const SweptTool strayed_;  ///< grown by what rapids stray
   const PlanOptions& options_;
   const std::vector<std::uint32_t>& source_;
+  const LinkStock& stock_;
   Point<Part> centre_;
   double radius_ = 0.0, height_ = 0.0, step_ = 0.0;
   Vec3 e_, f_;
   SurfaceJoins joins_;
-  std::optional<ToolInBlank> blank_;  ///< that the first operation finds whole; none where nobody states it
   std::unique_ptr<const FaceContainment> faces_;  ///< that joins keep to; null: all of the part
   std::optional<ToolAxisPoint> down_;             ///< where a run ended, while the tool is there
   FreeLinked out_;
@@ -355,14 +355,15 @@ class RunLinker {
 
 FreeLinked link_runs(const std::vector<ToolAxisRun>& runs, bool reversible, const Admissibility& admissible,
                      const ToolAxisOptions& how, const PlanOptions& options,
-                     const std::vector<std::uint32_t>& source, const ReportShare& report) {
+                     const std::vector<std::uint32_t>& source, const LinkStock& stock,
+                     const ReportShare& report) {
   const bool ordered = runs.size() > 2 && runs.size() <= kMostOrderedRuns;
-  RunLinker linker(admissible, how, options, source);
+  RunLinker linker(admissible, how, options, source, stock);
   const LinkTime time = linker.link_time();
   FreeLinked nearest =
       linker.run_nearest(runs, reversible, part_of(report, 0.0, ordered ? kNearestShare : 1.0));
   if (!ordered || (report && !report(kNearestShare))) return nearest;
-  RunLinker other(admissible, how, options, source);
+  RunLinker other(admissible, how, options, source, stock);
   FreeLinked quick =
       other.run_in_order(runs, other.order(runs, reversible, time), part_of(report, kNearestShare, 1.0));
   quick.tested += nearest.tested;

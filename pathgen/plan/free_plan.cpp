@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <optional>
 
 #include "kinematics/basics/tolerance_budget.h"
 #include "pathgen/envelope/pass_trim.h"
@@ -13,9 +14,11 @@
 #include "pathgen/options/axis_step.h"
 #include "pathgen/plan/rejected_points.h"
 #include "pathgen/plan/rest_of_cells.h"
+#include "pathgen/plan/stock_before.h"
 #include "pathgen/progress/stages.h"
 #include "pathgen/progress/watch.h"
 #include "pathgen/tool/face_containment.h"
+#include "pathgen/tool/tool_in_blank.h"
 
 namespace tiltfeed::pathgen {
 
@@ -91,6 +94,24 @@ std::vector<ClSlice> near_faces(const std::vector<ClSlice>& slices, const FaceCo
     for (ClChain& piece : pieces[i])
       kept.push_back({slices[i].stack, slices[i].height, slices[i].plane, std::move(piece)});
   return kept;
+}
+
+/// Rapids of the first operation keep off all of the blank.
+LinkStock all_of_it(const ToolInBlank& blank) {
+  return {.clear_down_to = [&blank](Point<Part> reference, Vec3 axis, double high,
+                                    double low) { return blank.clear_down_to(reference, axis, high, low); },
+          .short_way_in =
+              [&blank](const Pose& down, const Pose& up, const Pose& over) {
+                return blank.moves_in(down, up) || blank.moves_in(up, over);
+              }};
+}
+
+/// Those of another keep off what is left. Above a tool that has cut it is clear along the axis.
+LinkStock what_is_left(const StockBefore& stock) {
+  return {.clear_down_to = [&stock](Point<Part> reference, Vec3 axis, double high,
+                                    double low) { return stock.clear_down_to(reference, axis, high, low); },
+          .short_way_in = [&stock](const Pose&, const Pose& up,
+                                   const Pose& over) { return stock.moves_in(up, over); }};
 }
 
 class FreePlanner {
@@ -234,7 +255,12 @@ class FreePlanner {
 
   void join(const std::vector<ToolAxisRun>& runs, const Admissibility& admissible) {
     const ToolAxisOptions how = orientation();
-    FreeLinked linked = link_runs(runs, reversible(), admissible, how, options_, part_.mesh.source,
+    const std::optional<ToolInBlank> whole =
+        options_.from_blank ? std::optional<ToolInBlank>(options_) : std::nullopt;
+    std::optional<StockBefore> before;
+    if (options_.blank && !options_.from_blank) before.emplace(part_, options_);
+    const LinkStock stock = whole ? all_of_it(*whole) : before ? what_is_left(*before) : LinkStock{};
+    FreeLinked linked = link_runs(runs, reversible(), admissible, how, options_, part_.mesh.source, stock,
                                   [this](double share) { return stages_.report(share); });
     free_.directions += linked.tested;
     report_.retracts = linked.retracts, report_.joins = linked.joins;

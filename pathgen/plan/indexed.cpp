@@ -70,7 +70,7 @@ class Indexed {
     if (options.blank)
       for (const Point<Part> v : options.blank->mesh().vertices)
         radius_ = std::max(radius_, distance(v, middle_));
-    if (options.from_blank) blank_.emplace(part, options);
+    if (options.blank) blank_.emplace(part, options);
     plan_.report.facets = part.mesh.facets.size();
     plan_.report.warnings = part.warnings;
   }
@@ -302,7 +302,7 @@ class Indexed {
   double radius_ = 0.0;       ///< of that which holds the part with its stock and the fixtures, mm
   std::vector<Vec3> chosen_;  ///< in the order of machining
   std::optional<RestWanted> rest_;
-  std::optional<StockBefore> blank_;  ///< that the first operation finds whole
+  std::optional<StockBefore> blank_;  ///< that the job states, as operations before leave it
   Plan plan_;
   Stages stages_;
   const ReportShare share_ = [this](double share) { return stages_.report(share); };

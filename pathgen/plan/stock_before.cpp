@@ -20,14 +20,16 @@ constexpr double kGridShare = 0.25;
 constexpr double kMostPlaces = 4e6;
 /// Of the cutter's radius: steps in which a way down is looked at.
 constexpr double kDownStep = 0.25;
+/// Of a piece's radius, and of the cutter's: how far apart places are looked at along a piece and a move.
+constexpr double kApart = 0.5;
 /// The same where what operations have left of the blank is known: it has edges.
 constexpr int kRoundEdges = 24, kRingsOfEdges = 8;
 constexpr double kRubbing = 2.0;  ///< tolerances: so much of a touch is none
 
-/// The cutting part without what it is to leave.
-ToolPiece cutter_itself(PlanOptions options) {
+/// The tool without what it is to leave.
+std::vector<ToolPiece> tool_itself(PlanOptions options) {
   options.allowance = options.radial_stock = options.axial_stock = 0.0;
-  return tool_pieces(options).front();
+  return all_pieces(options);
 }
 
 }  // namespace
@@ -35,7 +37,7 @@ ToolPiece cutter_itself(PlanOptions options) {
 StockBefore::StockBefore(const CheckedMesh& part, const PlanOptions& options)
     : options_(options),
       box_(options.blank ? options.blank->bounds() : part.bounds),
-      piece_(cutter_itself(options)) {
+      pieces_(tool_itself(options)) {
   for (const auto& cut : options.earlier) cleared_.emplace_back(*cut);
 }
 
@@ -49,13 +51,13 @@ template <class IsStock>
 bool StockBefore::in_stock(Point<Part> reference, Vec3 axis, double height, IsStock is_stock) const {
   const Vec3 any = std::abs(axis.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
   const Vec3 u = normalized(cross(axis, any)), v = cross(axis, u);
-  const Point<Part> ring = reference + axis * piece_.above_reference;
+  const Point<Part> ring = reference + axis * cutter().above_reference;
   for (int level = 0; level < (height > 0.0 ? 3 : 1); ++level)
     for (int r = kRings; r >= 0; --r) {
-      const double d = (piece_.flat + piece_.corner) * r / kRings;
+      const double d = (cutter().flat + cutter().corner) * r / kRings;
       // The border of the piece's lower side there.
-      const double beyond = std::max(0.0, d - piece_.flat);
-      const double low = -std::sqrt(std::max(0.0, piece_.corner * piece_.corner - beyond * beyond));
+      const double beyond = std::max(0.0, d - cutter().flat);
+      const double low = -std::sqrt(std::max(0.0, cutter().corner * cutter().corner - beyond * beyond));
       const double h = low + height * level / 2.0;
       for (int k = 0; k < (r == 0 ? 1 : kRound); ++k) {
         const double turn = 2.0 * kPi * k / kRound;
@@ -71,7 +73,7 @@ template <class IsStock>
 bool StockBefore::over_edges(Point<Part> reference, Vec3 axis, IsStock is_stock) const {
   const Vec3 any = std::abs(axis.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
   const Vec3 u = normalized(cross(axis, any)), v = cross(axis, u);
-  const Point<Part> ring = reference + axis * piece_.above_reference;
+  const Point<Part> ring = reference + axis * cutter().above_reference;
   const auto stands = [&](double d, double h) {
     for (int k = 0; k < kRoundEdges; ++k) {
       const double turn = 2.0 * kPi * k / kRoundEdges;
@@ -81,11 +83,31 @@ bool StockBefore::over_edges(Point<Part> reference, Vec3 axis, IsStock is_stock)
   };
   for (int r = kRingsOfEdges; r > 0; --r) {
     const double angle = 0.5 * kPi * r / kRingsOfEdges, inner = 0.5 * kPi * (r - 1) / kRingsOfEdges;
-    if (stands(piece_.flat + piece_.corner * std::sin(angle), -piece_.corner * std::cos(inner))) return true;
+    if (stands(cutter().flat + cutter().corner * std::sin(angle), -cutter().corner * std::cos(inner)))
+      return true;
   }
-  for (int r = kRings; r > 0 && piece_.flat > 0.0; --r)
-    if (stands(piece_.flat * r / kRings, -piece_.corner)) return true;
-  return is_stock(ring - axis * piece_.corner);
+  for (int r = kRings; r > 0 && cutter().flat > 0.0; --r)
+    if (stands(cutter().flat * r / kRings, -cutter().corner)) return true;
+  return is_stock(ring - axis * cutter().corner);
+}
+
+/// Is anything of the tool in stock, but for its lower side?
+bool StockBefore::sides_in_stock(Point<Part> reference, Vec3 axis, Hints& hints) const {
+  const Vec3 any = std::abs(axis.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+  const Vec3 u = normalized(cross(axis, any)), v = cross(axis, u);
+  return std::any_of(pieces_.begin(), pieces_.end(), [&](const ToolPiece& piece) {
+    const double levels = std::max(1.0, std::ceil(std::max(0.0, piece.length) / (kApart * piece.outer)));
+    for (double level = 0.0; level <= levels; ++level) {
+      const Point<Part> middle =
+          reference + axis * (piece.above_reference + std::max(0.0, piece.length) * level / levels);
+      if (is_stock(middle, hints)) return true;
+      for (int k = 0; k < kRound; ++k) {
+        const double turn = 2.0 * kPi * k / kRound;
+        if (is_stock(middle + (u * std::cos(turn) + v * std::sin(turn)) * piece.outer, hints)) return true;
+      }
+    }
+    return false;
+  });
 }
 
 /// In the blank or near to it, and no operation has been there.
@@ -106,7 +128,7 @@ bool StockBefore::is_stock(Point<Part> p, Hints& hints) const {
 /// Places of the box a share of the cutter's radius apart: what of them is stock.
 void StockBefore::lay_grid() {
   const Vec3 size = box_.max - box_.min;
-  grid_step_ = std::max(kGridShare * piece_.outer, std::cbrt(size.x * size.y * size.z / kMostPlaces));
+  grid_step_ = std::max(kGridShare * cutter().outer, std::cbrt(size.x * size.y * size.z / kMostPlaces));
   const auto along = [&](double length) {
     return static_cast<std::size_t>(std::ceil(length / grid_step_)) + 1;
   };
@@ -139,14 +161,42 @@ bool StockBefore::meets(Point<Part> reference, Vec3 axis, double height) const {
 
 double StockBefore::free_from(const Deformation& field, Point<Flat> place, double from, double to) const {
   const AxisLine line = field.axis_line(place.x, place.y);
-  const double step = kDownStep * piece_.outer;
   Hints hints;
   const auto exactly = [&](Point<Part> p) { return is_stock(p, hints); };
-  const auto stands_at = [&](double z) {
+  return down_to(from, to, [&](double z) {
     const Point<Part> reference = line.base + line.axis * z;
     return cleared_.empty() ? in_stock(reference, line.axis, 0.0, exactly)
                             : over_edges(reference, line.axis, exactly);
-  };
+  });
+}
+
+double StockBefore::clear_down_to(Point<Part> reference, Vec3 axis, double from, double to) const {
+  Hints hints;
+  const auto exactly = [&](Point<Part> p) { return is_stock(p, hints); };
+  return down_to(from, to, [&](double height) {
+    const Point<Part> at = reference + axis * height;
+    return over_edges(at, axis, exactly) || sides_in_stock(at, axis, hints);
+  });
+}
+
+bool StockBefore::moves_in(const Pose& from, const Pose& to) const {
+  const double height = reference_height(options_.cutter),
+               top = height + pieces_.back().above_reference + std::max(0.0, pieces_.back().length);
+  const double way = distance(from.tip, to.tip) + top * angle_between(from.axis, to.axis);
+  const double steps = std::max(1.0, std::ceil(way / (kApart * cutter().outer)));
+  Hints hints;
+  const auto exactly = [&](Point<Part> p) { return is_stock(p, hints); };
+  for (double k = 0.0; k <= steps; ++k) {
+    const Vec3 axis = slerp(from.axis, to.axis, k / steps);
+    const Point<Part> at = lerp(from.tip, to.tip, k / steps) + axis * height;
+    if (over_edges(at, axis, exactly) || sides_in_stock(at, axis, hints)) return true;
+  }
+  return false;
+}
+
+template <class Stands>
+double StockBefore::down_to(double from, double to, Stands stands_at) const {
+  const double step = kDownStep * cutter().outer;
   // The blank is asked with a margin; what operations have left of it is not.
   const double margin = cleared_.empty() ? 0.0 : 0.5 * options_.links.approach;
   double free = from;

@@ -123,19 +123,17 @@ TEST(RoughBlank, AllThatLiesInReachIsCutAndNoRapidMeetsStock) {
   }
 }
 
-TEST(RoughBlank, TheFirstOperationComesDownToItWhateverItsPattern) {
-  const Case one = cases().front();
-  CheckedMesh part;
-  part.mesh = BlankSolid::box(one.part).mesh(), part.bounds = one.part;
-  PlanOptions o = roughing(one.mode);
-  o.pattern = {}, o.pattern.side_step = 1.0;
-  o.blank = std::make_shared<const BlankSolid>(one.blank);
-  for (const bool first : {true, false}) {
-    o.from_blank = first;
+/// Behind those moves, with the blank stated and without it.
+void comes_down_to_stock(const CheckedMesh& part, PlanOptions o, const Case& of,
+                         const std::vector<Move>& before = {}) {
+  for (const bool stated : {true, false}) {
+    if (!stated) o.blank = nullptr, o.from_blank = false;
     const Result<Plan> planned = plan(part, o, {});
     ASSERT_TRUE(planned) << planned.error().message;
-    const double deep = run(planned->path.moves, one.blank, one.part, false).rapid;
-    if (first) {
+    std::vector<Move> moves = before;
+    moves.insert(moves.end(), planned->path.moves.begin(), planned->path.moves.end());
+    const double deep = run(moves, of.blank, of.part, false).rapid;
+    if (stated) {
       EXPECT_LT(deep, 0.05);
     } else {
       EXPECT_GT(deep, 1.0) << "nothing to come down into";
@@ -143,33 +141,73 @@ TEST(RoughBlank, TheFirstOperationComesDownToItWhateverItsPattern) {
   }
 }
 
-TEST(RoughBlank, AFreeAxisAndFixedDirectionsComeDownToItToo) {
+TEST(RoughBlank, TheFirstOperationComesDownToItWhateverItsPattern) {
   const Case one = cases().front();
+  CheckedMesh part;
+  part.mesh = BlankSolid::box(one.part).mesh(), part.bounds = one.part;
+  PlanOptions o = roughing(one.mode);
+  o.pattern = {}, o.pattern.side_step = 1.0;
+  o.blank = std::make_shared<const BlankSolid>(one.blank), o.from_blank = true;
+  comes_down_to_stock(part, o, one);
+}
+
+Result<CheckedMesh> checked_part(const Case& of) {
   Stl stl;
-  const Mesh block = BlankSolid::box(one.part).mesh();
+  const Mesh block = BlankSolid::box(of.part).mesh();
   for (const auto& f : block.facets)
     stl.facets.push_back({block.vertices[f[0]], block.vertices[f[1]], block.vertices[f[2]]});
-  const auto part = check_mesh(stl);
+  return check_mesh(stl);
+}
+
+PlanOptions wide_rows(AxisMode mode, const Case& of) {
+  PlanOptions o = roughing(mode);
+  o.pattern = {}, o.pattern.side_step = 3.0;
+  o.free.plane_normals = {{1, 0, 0}, {0, 0, 1}};
+  o.free.max_turn = Angle::from_degrees(5), o.free.smoothing = kRadius;
+  o.indexed.most_directions = 3;
+  o.blank = std::make_shared<const BlankSolid>(of.blank);
+  return o;
+}
+
+TEST(RoughBlank, AFreeAxisAndFixedDirectionsComeDownToItToo) {
+  const Case one = cases().front();
+  const auto part = checked_part(one);
   ASSERT_TRUE(part);
   for (const AxisMode mode : {AxisMode::kFree, AxisMode::kIndexed}) {
     SCOPED_TRACE(static_cast<int>(mode));
-    PlanOptions o = roughing(mode);
-    o.pattern = {}, o.pattern.side_step = 3.0;
-    o.free.plane_normals = {{1, 0, 0}, {0, 0, 1}};
-    o.free.max_turn = Angle::from_degrees(5), o.free.smoothing = kRadius;
-    o.indexed.most_directions = 3;
-    o.blank = std::make_shared<const BlankSolid>(one.blank);
-    for (const bool first : {true, false}) {
-      o.from_blank = first;
-      const Result<Plan> planned = plan(*part, o, {});
-      ASSERT_TRUE(planned) << planned.error().message;
-      const double deep = run(planned->path.moves, one.blank, one.part, false).rapid;
-      if (first) {
-        EXPECT_LT(deep, 0.05);
-      } else {
-        EXPECT_GT(deep, 1.0) << "nothing to come down into";
-      }
-    }
+    PlanOptions o = wide_rows(mode, one);
+    o.from_blank = true;
+    comes_down_to_stock(*part, o, one);
+  }
+}
+
+TEST(RoughBlank, TheyComeDownToWhatARoughLeavesOfIt) {
+  const Case one = cases().front();
+  const auto part = checked_part(one);
+  ASSERT_TRUE(part);
+  PlanOptions rough = roughing(AxisMode::kFixed);
+  rough.blank = std::make_shared<const BlankSolid>(one.blank), rough.from_blank = true;
+  rough.allowance = 4.0;
+  const Result<Plan> roughed = plan(*part, rough, {});
+  ASSERT_TRUE(roughed) << roughed.error().message;
+  for (const AxisMode mode : {AxisMode::kFree, AxisMode::kIndexed}) {
+    SCOPED_TRACE(static_cast<int>(mode));
+    PlanOptions o = wide_rows(mode, one);
+    o.earlier = {std::make_shared<const EarlierCut>(EarlierCut{rough, roughed->path.moves})};
+    o.pattern.side_step = 6.0;
+    comes_down_to_stock(*part, o, one, roughed->path.moves);
+    // Not to all of the blank.
+    PlanOptions whole = o;
+    whole.earlier.clear(), whole.from_blank = true;
+    const auto plunged = [&](const PlanOptions& options) {
+      const Result<Plan> planned = plan(*part, options, {});
+      double all = 0.0;
+      for (std::size_t i = 1; i < planned->path.moves.size(); ++i)
+        if (planned->path.moves[i].kind == MoveKind::kPlunge)
+          all += distance(planned->path.moves[i - 1].pose.tip, planned->path.moves[i].pose.tip);
+      return all;
+    };
+    EXPECT_LT(plunged(o), 0.9 * plunged(whole));
   }
 }
 
