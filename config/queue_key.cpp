@@ -17,13 +17,37 @@ std::size_t scheme_of(std::string_view url) {
   return 0;
 }
 
+/// "HOST:PORT", several with commas, without a user: is a port something else than a number?
+bool has_odd_port(std::string_view hosts) {
+  bool in_port = false;
+  for (const char c : hosts) {
+    if (in_port && c != ',' && (c < '0' || c > '9')) return true;
+    in_port = c == ':' || (in_port && c != ',');
+  }
+  return false;
+}
+
+/// A password with a slash in it looks like HOST:PORT/DATABASE: where one may end, and npos where none does.
+std::size_t end_of_slashed(std::string_view url, std::size_t colon, std::size_t slash) {
+  const std::size_t sign = url.rfind('@');
+  if (sign == url.npos || sign < slash) return url.npos;
+  const bool in_path = url.substr(slash, url.find('?', slash) - slash).find('@') != url.npos;
+  return in_path || has_odd_port(url.substr(colon, slash - colon)) ? sign : url.npos;
+}
+
 /// Where the user's password begins, and its length; {0, 0}: there is none.
 std::pair<std::size_t, std::size_t> password_of(std::string_view url) {
   const std::size_t begin = scheme_of(url), end = std::min(url.find('/', begin), url.size());
-  const std::size_t sign = url.substr(0, end).rfind('@');
-  if (begin == 0 || sign == url.npos || sign < begin) return {0, 0};
-  const std::size_t colon = url.find(':', begin);
-  if (colon == url.npos || colon > sign) return {0, 0};
+  if (begin == 0) return {0, 0};
+  std::size_t sign = url.substr(0, end).rfind('@'), from = begin;
+  const bool has_user = sign != url.npos && sign >= begin;
+  // The colons in [IPv6] are no port's.
+  if (const std::size_t bracket = url.substr(0, end).rfind(']'); !has_user && bracket != url.npos)
+    from = bracket;
+  const std::size_t colon = url.substr(0, end).find(':', from);
+  if (colon == url.npos) return {0, 0};
+  if (!has_user) sign = end_of_slashed(url, colon, end);
+  if (sign == url.npos || colon > sign) return {0, 0};
   return {colon + 1, sign - colon - 1};
 }
 

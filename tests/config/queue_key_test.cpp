@@ -18,14 +18,20 @@ TEST(QueueKey, AddressesThatAreTaken) {
   for (const char* good :
        {"postgresql://shop@db.example/shop", "postgres://shop@db:5432/shop?sslmode=verify-full",
         "postgresql:///shop?host=/run/postgresql", "postgresql://shop@a,b/shop?passfile=/etc/tiltfeed/pgpass",
-        "postgresql://db/shop?user=x@y", "postgresql://a%40b@db/shop?options=-c%20x%3D1&sslmode=require"})
+        "postgresql://db/shop?user=x@y", "postgresql://a%40b@db/shop?options=-c%20x%3D1&sslmode=require",
+        "postgresql://db:5432/shop?user=x@y", "postgresql://a:1,b:2/shop?user=x@y", "postgresql://db/sh@op",
+        "postgresql://[fe80::1]:5432/shop?user=x@y", "postgresql://[fe80::1]/shop?user=x@y",
+        "postgresql://shop@[::1]:5432/shop"})
     EXPECT_TRUE(check_queue_url(good)) << good;
 }
 
 TEST(QueueKey, APasswordIsRefusedAndNeverRepeated) {
   for (const std::string bad :
        {"postgresql://shop:geheim@db/shop", "postgresql://:geheim@db/shop",
-        "postgresql://shop:gehe?imgeheim@db/shop", "postgresql://shop@db/shop?password=geheim",
+        "postgresql://shop:gehe?imgeheim@db/shop", "postgresql://shop:a/geheim@db/shop",
+        "postgresql://shop:12/geheim@db/shop", "postgresql://shop:a/b?geheim@db/shop",
+        "postgresql://shop:a/b@c/geheim@db/shop", "postgresql://shop:a,b:1/geheim@db/shop",
+        "postgresql://shop@db/shop?password=geheim",
         "postgresql://shop@db/shop?sslmode=require&sslpassword=geheim",
         "postgresql://shop@db/shop?pass%77ord=geheim",
         "postgresql://shop@db/shop?sslmode=require&%70assword=geheim",
