@@ -7,10 +7,11 @@
 namespace tiltfeed::daemon {
 
 /// The text with "***" in the place of: the rest of a line after a word that ends in password, passphrase,
-/// secret, token or their like (passwd, pwd, api_key, authorization) and is followed by : or =, and where
-/// nothing or a YAML block follows, the lines below that are further in; what follows --password and Bearer;
-/// user and password of an address (://USER:PASSWORD@); what follows the # of an http address, as that is a
-/// desk's sign-in. Lines and everything else stay. Pure.
+/// secret, token or their like (passwd, pwd, _key, cookie, csrf, authorization), or after the word pass, and
+/// is followed by : or =, and where nothing or a YAML block follows, the lines below that are further in;
+/// what follows --password and Bearer; a private key in PEM; user and password of an address
+/// (://USER:PASSWORD@); what follows the # of an http address, as that is a desk's sign-in. Lines and
+/// everything else stay. Pure.
 std::string without_secrets(std::string_view text);
 
 /// "==== TITLE ====", the text without secrets, a line's end.

@@ -227,6 +227,21 @@ TEST(SupportText, HasNoSecrets) {
       {"tiltfeed desk --password hunter2", "tiltfeed desk --password  ***"},
       {"--api-token=x", "--api-token= ***"},
       {"a token is not named", "a token is not named"},
+      {"secret_key: a", "secret_key: ***"},
+      {"ssh --host-key=a", "ssh --host-key= ***"},
+      {"# Cookie: a=b", "# Cookie: ***"},
+      {"X-Tiltfeed-Csrf: 8f3a", "X-Tiltfeed-Csrf: ***"},
+      {"pass: a", "pass: ***"},
+      {"{user: a, 'pass': b}", "{user: a, 'pass': ***"},
+      {"of this pass: 3 rows, a compass: north, bypass=1",
+       "of this pass: 3 rows, a compass: north, bypass=1"},
+      {"queue: postgresql://shop:a/b@db/shop", "queue: postgresql://***@db/shop"},
+      {"postgres://shop:a?b#c@db/shop is away", "postgres://***@db/shop is away"},
+      {"queue: \"postgresql://shop:a b@db/shop\"", "queue: \"postgresql://***@db/shop\""},
+      {"postgresql://db:5432/shop, mail to a@b", "postgresql://db:5432/shop, mail to a@b"},
+      {"postgresql://shop@db/shop?user=x@y", "postgresql://***@db/shop?user=x@y"},
+      {"tls: \"-----BEGIN EC PRIVATE KEY-----\\nMIIB\\n-----END EC PRIVATE KEY-----\"", "tls: \"***"},
+      {"-----BEGIN CERTIFICATE-----", "-----BEGIN CERTIFICATE-----"},
       {"", ""},
       {"cam:", "cam:"},
       {"  passwords:", "  passwords: ***"},
@@ -249,6 +264,11 @@ TEST(SupportText, HasNoSecrets) {
     expected += std::string(out) + "\n";
   }
   EXPECT_EQ(without_secrets(text), expected);
+  EXPECT_EQ(
+      without_secrets(
+          "tls: |\n  -----BEGIN PRIVATE KEY-----\n  MIIB\n\n  Zz==\n  -----END PRIVATE KEY-----\nname: x\n"),
+      "tls: |\n  ***\n  ***\n\n  ***\n  ***\nname: x\n");
+  EXPECT_EQ(without_secrets("-----BEGIN RSA PRIVATE KEY-----\nMIIB"), "***\n***") << "cut off";
   EXPECT_EQ(support_section("a", "b\xff"), "==== a ====\n" + support_section("", "b\xff").substr(11));
 }
 
