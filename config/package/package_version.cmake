@@ -1,20 +1,45 @@
-# tiltfeed_package_version(OUT SOURCE VERSION): the version that packages have. VERSION itself at the commit of its tag, vVERSION,
-# and without git. After it: VERSION+TIME.COMMIT, by the commit's own time (UTC), so that a later commit is an upgrade.
+# tiltfeed_package_version(OUT SOURCE VERSION): the version that packages have. It rises with every commit, by their count, for apt:
+#   VERSION~gitCOUNT.COMMIT  before the tag vVERSION; VERSION at that tag; VERSION+gitCOUNT.COMMIT after it.
+# As long as the history has no other version's tag, VERSION+gitCOUNT.COMMIT before and after, and VERSION+gitCOUNT at it: packages of
+# the first version were called VERSION+TIME.COMMIT, which is less than any of these.
+# Without git VERSION itself. A clone that lacks commits cannot count them, and says so.
 function(tiltfeed_package_version out source version)
   set(${out} ${version} PARENT_SCOPE)
   if(NOT EXISTS ${source}/.git)
     return()
   endif()
-  execute_process(COMMAND git -C ${source} describe --exact-match --tags --match v${version} --dirty OUTPUT_VARIABLE tag
-                  OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
-  if(tag STREQUAL "v${version}")
+  foreach(asked "count:rev-list;--count;HEAD" "short:rev-parse;--short=12;HEAD" "tags:tag;--merged;HEAD;--list;v[0-9]*"
+          "here:tag;--points-at;HEAD;--list;v${version}" "lacks:rev-parse;--is-shallow-repository"
+          "dirty:describe;--always;--exclude=*;--dirty")
+    string(FIND "${asked}" ":" colon)
+    string(SUBSTRING "${asked}" 0 ${colon} name)
+    math(EXPR colon "${colon} + 1")
+    string(SUBSTRING "${asked}" ${colon} -1 words)
+    execute_process(COMMAND git -C ${source} ${words} OUTPUT_VARIABLE ${name} OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+  endforeach()
+  if(NOT short)
     return()
   endif()
-  execute_process(COMMAND ${CMAKE_COMMAND} -E env TZ=UTC git -C ${source} log -1 --date=format-local:%Y%m%d%H%M%S --abbrev=12
-                          --format=+%cd.%h OUTPUT_VARIABLE commit OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
-  execute_process(COMMAND git -C ${source} describe --always --exclude=* --dirty OUTPUT_VARIABLE dirty ERROR_QUIET)
-  if(dirty MATCHES "-dirty")
-    string(APPEND commit ".changed")
+  if(lacks STREQUAL "true")
+    message(WARNING "${source} is a shallow clone: its packages' version counts only ${count} commits, so that apt may take others for "
+                    "newer; git fetch --unshallow --tags first")
   endif()
-  set(${out} "${version}${commit}" PARENT_SCOPE)
+  string(REPLACE "\n" ";" tags "${tags}")
+  set(sign "+")
+  set(of_commit ".${short}")
+  if(dirty MATCHES "-dirty$")
+    string(APPEND of_commit ".changed")
+  elseif(here)
+    set(of_commit "")
+  endif()
+  list(FIND tags v${version} own)
+  list(REMOVE_ITEM tags v${version})
+  if(tags)
+    if(own EQUAL -1)
+      set(sign "~")
+    elseif(of_commit STREQUAL "")
+      return()
+    endif()
+  endif()
+  set(${out} "${version}${sign}git${count}${of_commit}" PARENT_SCOPE)
 endfunction()

@@ -25,35 +25,53 @@ for package in "$work"/first/*.deb; do
   cmp "$package" "$work/again/$(basename "$package")" || fail "two packages of one build differ: $(basename "$package")"
 done
 
-# Each commit has a version of its own, above that of the tag before it and below the next one's; a later one is an upgrade.
+# Each commit has a version of its own, and each is an upgrade of what came before it: commits of one second, and of a clock
+# that was set back; the first tag, commits towards the next one, that tag, and what follows.
 packages=$(dirname "$(readlink -f "$0")")/../../config/package
 echo "include($packages/package_version.cmake)
-tiltfeed_package_version(found \${SOURCE} 0.1.0)
+tiltfeed_package_version(found \${SOURCE} \${VERSION})
 execute_process(COMMAND \${CMAKE_COMMAND} -E echo \${found})" >"$work/version.cmake"
-version_in() { cmake -D SOURCE="$1" -P "$work/version.cmake"; }
+version_in() { cmake -D SOURCE="$1" -D VERSION="${2:-0.1.0}" -P "$work/version.cmake"; }
 mkdir "$work/history"
 tree() { git -C "$work/history" -c user.name=test -c user.email=test@example.org "$@"; }
 [[ $(version_in "$work/history") == 0.1.0 ]] || fail "without git the version is $(version_in "$work/history")"
 tree init -q -b main
-last=0.1.0
-for hour in 10 12 9; do # the last on another day, in another zone: 2026-03-02 05:30 UTC
-  zone=+0000 day=01
-  if ((hour == 9)); then zone=+0330 day=02; fi
-  GIT_COMMITTER_DATE="2026-03-${day}T$hour:00:00 $zone" tree commit -q --allow-empty -m "$hour" --date "2026-01-01T00:00:00 +0000"
-  next=$(version_in "$work/history")
+last=0.1.0+20261129112900.0123456789ab # as packages were called before commits were counted
+# rises STATED WANTED: the version of the commit, with that of the project.
+rises() {
+  local next
+  next=$(version_in "$work/history" "$1")
   dpkg --compare-versions "$next" gt "$last" || fail "$next is no upgrade of $last"
-  dpkg --compare-versions "$next" lt 0.1.1 || fail "$next is later than what follows"
-  [[ $next == *."$(tree rev-parse HEAD | head -c 12)" ]] || fail "$next does not name its commit"
+  # shellcheck disable=SC2053  # a pattern
+  [[ $next == $2 ]] || fail "found the version $next, expected $2"
   last=$next
+}
+commit() { GIT_COMMITTER_DATE="2026-03-01T$1:00:00 +0000" tree commit -q --allow-empty -m "$1" --date "2026-01-01T00:00:00 +0000"; }
+here() { tree rev-parse --short=12 HEAD; }
+for hour in 10 10 10 10 10 10 10 10 10 10 09; do
+  commit "$hour"
+  rises 0.1.0 "0.1.0+git*.$(here)"
 done
-[[ $last == 0.1.0+20260302053000.* ]] || fail "a commit of 05:30 UTC is $last"
-tree tag v0.0.9
-[[ $(version_in "$work/history") == "$last" ]] || fail "another version's tag counts"
+[[ $last == 0.1.0+git11.* ]] || fail "of 11 commits the last is $last"
 tree tag v0.1.0
-[[ $(version_in "$work/history") == 0.1.0 ]] || fail "at its tag the version is $(version_in "$work/history")"
+[[ $(version_in "$work/history") == 0.1.0+git11 ]] || fail "at the first tag the version is $(version_in "$work/history")"
+commit 11
+rises 0.1.0 "0.1.0+git12.$(here)"
+commit 11
+rises 0.1.1 "0.1.1~git13.$(here)"
+commit 10
+rises 0.1.1 "0.1.1~git14.$(here)"
+commit 10
+tree tag v0.1.1
+rises 0.1.1 0.1.1
 touch "$work/history/file"
 tree add file
-[[ $(version_in "$work/history") == "$last.changed" ]] || fail "changed after its tag the version is $(version_in "$work/history")"
+rises 0.1.1 "0.1.1+git15.$(here).changed"
+commit 10
+rises 0.1.1 "0.1.1+git16.$(here)"
+dpkg --compare-versions "$last" lt 0.1.2~git1 || fail "$last is later than what follows"
+git clone -q --depth 1 "file://$(realpath "$work/history")" "$work/shallow"
+[[ $(version_in "$work/shallow" 0.1.1 2>&1) == *unshallow* ]] || fail "a clone without its history counts as if it had it"
 version=$(dpkg-deb --field "$first" Version)
 [[ $version == "$(version_in "$packages/../..")" ]] || fail "the package's version is $version"
 [[ $(dpkg-deb --fsys-tarfile "$first" | tar -xO ./usr/share/doc/tiltfeed/changelog.gz | zcat | head -n 1) == "tiltfeed ($version) "* ]] ||
