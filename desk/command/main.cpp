@@ -16,6 +16,7 @@
 #include "config/beside_program.h"
 #include "config/command_line.h"
 #include "config/desk_access.h"
+#include "config/key_names.h"
 #include "config/queue_key.h"
 #include "config/service_config.h"
 #include "config/standard_output.h"
@@ -35,6 +36,8 @@ namespace {
 
 using namespace tiltfeed;
 using namespace tiltfeed::desk;
+
+constexpr const char *kUser = "user", *kToken = "token";  // commands; any other word is a file
 
 int complain(const Error& error) {
   std::cerr << "tiltfeed-desk: " << error.message << "\n";
@@ -212,14 +215,14 @@ struct NamesLine {
 
 struct UserLine : NamesLine {
   UserLine()
-      : NamesLine("Who may sign in where the page is served on a network.", "user",
-                  "/etc/tiltfeed/desk.users", "user, or a new password and role for one that is there",
-                  "--role", "watch, or operate the machine", {"watch", "operate"}) {}
+      : NamesLine("Who may sign in where the page is served on a network.", kUser, "/etc/tiltfeed/desk.users",
+                  "user, or a new password and role for one that is there", "--role",
+                  "watch, or operate the machine", {"watch", "operate"}) {}
 };
 
 struct TokenLine : NamesLine {
   TokenLine()
-      : NamesLine("Which programs may use the API, by a token in place of a password.", "token",
+      : NamesLine("Which programs may use the API, by a token in place of a password.", kToken,
                   "/etc/tiltfeed/desk.tokens",
                   "program, or a new token and scope for one that is there: the token is printed this once",
                   "--scope", "watch, or submit parts, jobs and programs too", {"watch", "submit"}) {}
@@ -260,10 +263,22 @@ int run_names(int argc, char** argv, int (*run)(const Line&)) {
   return run(line);
 }
 
+/// A word for a command, misspelt, stands where a file is named: no file has this name, nor a file's ending.
+bool is_misspelt_command(const std::string& word) {
+  return !word.empty() && word.find_first_of("./-") == word.npos && ::access(word.c_str(), F_OK) != 0;
+}
+
+int refuse_command(const std::string& word) {
+  std::cerr << "tiltfeed-desk: not understood: " << word << ", and no file has this name; the nearest is "
+            << config::nearest_key(word, {kUser, kToken}) << "\nRun with --help for more information.\n";
+  return 2;
+}
+
 int run(int argc, char** argv) {
-  const std::string_view first = argc > 1 ? argv[1] : "";
-  if (first == "user") return run_names<UserLine>(argc - 1, argv + 1, run_users);
-  if (first == "token") return run_names<TokenLine>(argc - 1, argv + 1, run_tokens);
+  const std::string first = argc > 1 ? argv[1] : "";
+  if (first == kUser) return run_names<UserLine>(argc - 1, argv + 1, run_users);
+  if (first == kToken) return run_names<TokenLine>(argc - 1, argv + 1, run_tokens);
+  if (is_misspelt_command(first)) return refuse_command(first);
   CLI::App app{
       "The page for one person at this computer: a part, its job, its program.\n"
       "It listens on this computer only, and prints the address to open."};
@@ -303,8 +318,8 @@ int run(int argc, char** argv) {
   app.add_flag("--answer-reach", answer)->group("");
   if (argc == 2 && std::string_view(argv[1]) == config::kDescribeWord) {
     config::Command all = config::describe_command_line(app, "tiltfeed-desk");
-    all.commands.push_back(config::describe_command_line(UserLine().app, "user"));
-    all.commands.push_back(config::describe_command_line(TokenLine().app, "token"));
+    all.commands.push_back(config::describe_command_line(UserLine().app, kUser));
+    all.commands.push_back(config::describe_command_line(TokenLine().app, kToken));
     std::cout << config::command_json(all) << "\n";
     return 0;
   }
@@ -313,6 +328,7 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return config::report_parse_end(app, error) ? 0 : 2;
   }
+  if (is_misspelt_command(open)) return refuse_command(open);
   if (answer) return answer_reach();
   if (!access_file.empty()) {
     const Result<config::DeskAccess> loaded = config::load_desk_access(access_file);

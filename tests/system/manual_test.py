@@ -76,11 +76,16 @@ def check_meaning(every):
 
 
 def check_misspelt():
-    for words, nearest in ((["plna"], "plan"), (["plan", "--reprot"], "--report"), (["machine", "jgo"], "jog"),
+    desk = () if "tiltfeed-desk" not in PROGRAMS else (
+        (["desk", "usr"], "user"), (["desk", "usr", "list"], "user"), (["desk", "--port", "1", "tokne"], "token"), (["desk", "user", "lst"], "list"))
+    for words, nearest in (*desk, (["plna"], "plan"), (["plan", "--reprot"], "--report"), (["machine", "jgo"], "jog"),
                            (["machine", "jog", "--lnk=x"], "--link"), (["plan", "a", "--out", "b", "--maschine", "c"], "--machine"),
                            (["verify", "--stok", "box"], "--stock"), (["help", "jobfile"], "job-file")):
         done = call(f"{BIN}/tiltfeed", *words)
         want(done.returncode == 2 and f"the nearest is {nearest}\n" in done.stderr, f"{words}: {done.returncode} {done.stderr}")
+    for file in ("usr.yaml", "./usr") if desk else ():
+        done = call(f"{BIN}/tiltfeed", "desk", file)
+        want(done.returncode == 1 and "nearest" not in done.stderr, f"desk {file}: {done.returncode} {done.stderr}")
     done = call(f"{BIN}/tiltfeed", "list", "much")
     want(done.returncode == 2 and "not understood: much" in done.stderr, f"list much: {done.stderr}")
 
