@@ -137,6 +137,7 @@ Result<std::string> shop_queue(const std::string& stated, const config::DeskAcce
 /// Where it listens, and its certificate.
 Result<HttpOptions> http_options(const config::DeskAccess& access, const std::string& folder) {
   HttpOptions options{static_cast<std::uint16_t>(access.port), folder, access.address};
+  options.behind_proxy = access.behind_proxy;
   if (access.certificate.empty()) return options;
   const Result<std::string> certificate = config::read_config_text(access.certificate),
                             key = config::read_config_text(access.key);

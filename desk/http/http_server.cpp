@@ -342,10 +342,10 @@ Result<HttpServer> HttpServer::open(const HttpOptions& options, HttpCalls calls)
       MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | (tls ? static_cast<unsigned>(MHD_USE_TLS) : 0U),
       options.port, nullptr, nullptr, &State::on_request, state.get(), MHD_OPTION_SOCK_ADDR,
       reinterpret_cast<const sockaddr*>(&address), MHD_OPTION_CONNECTION_LIMIT, kConnections,
-      MHD_OPTION_PER_IP_CONNECTION_LIMIT, kPerAddress, MHD_OPTION_CONNECTION_TIMEOUT,
-      static_cast<unsigned>(kIdleSeconds), MHD_OPTION_NOTIFY_COMPLETED, &State::on_completed, state.get(),
-      MHD_OPTION_NOTIFY_CONNECTION, &State::on_connection, state.get(), MHD_OPTION_STRICT_FOR_CLIENT, 1,
-      MHD_OPTION_ARRAY, tls ? secure.data() : &plain, MHD_OPTION_END);
+      MHD_OPTION_PER_IP_CONNECTION_LIMIT, options.behind_proxy ? kConnections : kPerAddress,
+      MHD_OPTION_CONNECTION_TIMEOUT, static_cast<unsigned>(kIdleSeconds), MHD_OPTION_NOTIFY_COMPLETED,
+      &State::on_completed, state.get(), MHD_OPTION_NOTIFY_CONNECTION, &State::on_connection, state.get(),
+      MHD_OPTION_STRICT_FOR_CLIENT, 1, MHD_OPTION_ARRAY, tls ? secure.data() : &plain, MHD_OPTION_END);
   if (!state->daemon)
     return fail(Code::kIo,
                 options.address + ":" + std::to_string(options.port) + ": " +

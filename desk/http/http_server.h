@@ -17,6 +17,7 @@ struct HttpOptions {
   std::string upload_folder;               ///< where file bodies are put while they arrive
   std::string address = "127.0.0.1";       ///< IPv4
   std::string certificate = "", key = "";  ///< TLS: chain and key, PEM; empty: none
+  bool behind_proxy = false;               ///< all come from its address
 };
 
 /// Who answers. Both are called in turn(), never inside each other.
@@ -27,7 +28,8 @@ struct HttpCalls {
 };
 
 /// Properties:
-/// 1 At most kConnections, kPerAddress from one address, kStreams of events; who comes then is refused.
+/// 1 At most kConnections, kPerAddress from one address that is no proxy's, kStreams of events; who comes
+///   then is refused.
 /// 2 A connection that has sent no whole request kHeadPatience after it was opened, or after its last one,
 ///   is closed, however busy it is; so is a body that takes longer than kHeadPatience and its length at
 ///   kSlowestBody.

@@ -65,6 +65,24 @@ def users(binaries, file):
     want(os.stat(file).st_mode & 0o007, 0, "readable by others")
 
 
+def behind_proxy(ann):
+    """All browsers come from the proxy's address, which keeps their connections: more than one address may have."""
+    kept = []
+
+    def ask(method, path, body=None):
+        connection = http.client.HTTPConnection("127.0.0.1", ann.port, timeout=HANG)
+        connection.request(method, "/api/v1/" + path, body and json.dumps(body), {"Host": f"localhost:{ann.port}", **ann.headers})
+        reply = connection.getresponse()
+        kept.append(connection)
+        return reply, json.loads(reply.read())
+
+    reply, body = ask("POST", "session", {"name": "ann", "password": PASSWORDS["ann"]})
+    want(reply.status, 200, "ann, by a proxy")
+    ann.headers.update({"Cookie": reply.headers["Set-Cookie"].split(";")[0], "X-Tiltfeed-Csrf": body["csrf"]})
+    for number in range(100):
+        want(ask("GET", "session")[0].status, 200, f"connection {number} of a proxy")
+
+
 def main():
     binaries, folder = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
     shutil.rmtree(folder, ignore_errors=True)
@@ -118,6 +136,13 @@ def main():
         want(ann.ask("GET", "state")[0], 200, "who is signed in is not concerned")
         desk.terminate()
         want(desk.wait(HANG), 0, "the end")
+        with open(f"{folder}/desk.yaml", "w", encoding="ascii") as out:
+            out.write(f"listen: 127.0.0.1:{port}\nnames: [localhost:{port}]\nusers: users\nbehind_proxy: true\n")
+        desk = subprocess.Popen([f"{binaries}/tiltfeed", "desk", "--access", f"{folder}/desk.yaml"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        want(desk.stdout.readline(), f"https://localhost:{port}/\n", "the address, of the proxy")
+        behind_proxy(Client(port))
+        desk.terminate()
+        want(desk.wait(HANG), 0, "the end, behind a proxy")
     finally:
         desk.kill()
     print("desk_access_test: all passed")
