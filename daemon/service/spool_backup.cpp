@@ -136,6 +136,7 @@ Result<std::uint64_t> copy_all(const fs::path& spool, const fs::path& to) {
 }  // namespace
 
 Result<std::uint64_t> back_up(const std::string& spool, const std::string& to) {
+  if (to.empty()) return fail(Code::kUsage, "the name of the folder for the copy is empty");
   std::error_code failed;
   const fs::path whole = fs::path(to + "/").parent_path(), part = whole.string() + ".partial";
   if (fs::exists(whole, failed))
