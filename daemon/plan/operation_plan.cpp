@@ -133,7 +133,12 @@ Result<void> OperationPlan::find_joints() {
   if (joints_known_) return {};
   take_end_ways();
   take_links();
-  if (!calm_) calm_ = clock_.time("calm", [&] { return calm_rotaries(job_, *part_, planned_.path); });
+  if (!calm_) {
+    const auto shown = [&](double f) { return told_.show("calm", f); };
+    const auto calm = clock_.time("calm", [&] { return calm_rotaries(job_, *part_, planned_.path, shown); });
+    if (!calm) return tl::unexpected<Error>(calm.error());
+    calm_ = *calm;
+  }
   if (!bend_) bend_ = clock_.time("pole", [&] { return bend_near_singularity(job_, *part_, planned_.path); });
   put_links();
   const pathgen::Mesh& held = held_ ? *held_ : part_->mesh;

@@ -7,13 +7,16 @@
 
 namespace tiltfeed::daemon {
 
-CalmReport calm_rotaries(const config::Job& job, const pathgen::CheckedMesh& part, ToolPath& path) {
-  if (job.calm.radians() <= 0.0) return {};
+Result<CalmReport> calm_rotaries(const config::Job& job, const pathgen::CheckedMesh& part, ToolPath& path,
+                                 const StageProgress& progress) {
+  if (job.calm.radians() <= 0.0) return CalmReport{};
   const pathgen::MoveCollision clearance(part.mesh, job.plan);
-  CalmPath calm = calm_axes(path, job.plan.up, {job.calm, ToleranceBudget(job.plan.tolerance).pole()},
-                            [&](const Pose& from, const Pose& to) { return clearance.clear(from, to); });
-  path = std::move(calm.path);
-  return calm.report;
+  Result<CalmPath> calm = calm_axes(
+      path, job.plan.up, {job.calm, ToleranceBudget(job.plan.tolerance).pole()},
+      [&](const Pose& from, const Pose& to) { return clearance.clear(from, to); }, progress);
+  if (!calm) return tl::unexpected<Error>(calm.error());
+  path = std::move(calm->path);
+  return calm->report;
 }
 
 }  // namespace tiltfeed::daemon

@@ -7,7 +7,9 @@
 
 namespace tiltfeed::daemon {
 
-/// Calms the path's axes within `job.calm`; nothing is changed where that is 0.
-CalmReport calm_rotaries(const config::Job& job, const pathgen::CheckedMesh& part, ToolPath& path);
+/// Calms the path's axes within `job.calm`; nothing is changed, nor told, where that is 0. `progress` as
+/// calm_axes() has it. Errors: kCancelled; the path is as it was.
+Result<CalmReport> calm_rotaries(const config::Job& job, const pathgen::CheckedMesh& part, ToolPath& path,
+                                 const StageProgress& progress);
 
 }  // namespace tiltfeed::daemon

@@ -3,7 +3,9 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <thread>
 #include <vector>
 
 #include "kinematics/joints/even_turn.h"
@@ -64,13 +66,43 @@ struct Calmed {
   double largest = 0.0;
 };
 
+/// How far it is, told on the thread that made this, whichever threads check moves.
+class CalmProgress {
+ public:
+  CalmProgress(const StageProgress& told, const std::vector<CutRun>& runs) : told_(told) {
+    for (const CutRun& run : runs) total_ += run.last - run.first;
+  }
+  /// Before a move is checked; `first`: one of the path, for the first time. False: cancelled.
+  bool go_on(bool first) {
+    if (first) done_.fetch_add(1, std::memory_order_relaxed);
+    if (told_ && std::this_thread::get_id() == teller_ && ++asked_ % kToldEvery == 0) tell();
+    return !cancelled();
+  }
+  void tell() {
+    if (told_ && !told_(total_ > 0 ? static_cast<double>(done_) / static_cast<double>(total_) : 1.0))
+      cancelled_ = true;
+  }
+  bool cancelled() const { return cancelled_.load(std::memory_order_relaxed); }
+
+ private:
+  static constexpr std::size_t kToldEvery = 64;
+
+  const StageProgress& told_;
+  const std::thread::id teller_ = std::this_thread::get_id();
+  std::size_t total_ = 0, asked_ = 0;  ///< asked_: on the teller alone
+  std::atomic<std::size_t> done_{0};
+  std::atomic<bool> cancelled_{false};
+};
+
 double off_pole(const AxisAngles& axis) { return std::min(axis.tilt, kPi - axis.tilt); }
 
 class Calmer {
  public:
-  Calmer(const ToolPath& path, Vec3 up, const CalmOptions& options, const MoveCheck& clear)
+  Calmer(const ToolPath& path, Vec3 up, const CalmOptions& options, const MoveCheck& clear,
+         CalmProgress& progress)
       : path_(path),
         clear_(clear),
+        progress_(progress),
         up_(up),
         x_(normalized(cross(up, std::abs(up.x) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}))),
         y_(cross(up, x_)),
@@ -78,6 +110,7 @@ class Calmer {
         radius_(path.tool.corner_radius),
         longest_turn_(radius_ > 0.0 ? std::sqrt(kBow * options.tolerance / radius_) : kPi) {}
 
+  /// Not to be used where it was cancelled.
   Calmed calm(const CutRun& run) const;
 
  private:
@@ -90,6 +123,7 @@ class Calmer {
 
   const ToolPath& path_;
   const MoveCheck& clear_;
+  CalmProgress& progress_;
   Vec3 up_, x_, y_;
   double cone_, radius_, longest_turn_;
 };
@@ -178,6 +212,7 @@ Calmed Calmer::calm(const CutRun& run) const {
     std::vector<std::uint8_t> bad(s.size(), 0);
     tbb::parallel_for(std::size_t{1}, s.size(), [&](std::size_t k) {
       const bool leans = !(v[k] == s[k].move.pose.axis) || !(v[k - 1] == s[k - 1].move.pose.axis);
+      if (!progress_.go_on(round == 1 && s[k].is_original)) return;
       if (!leans || (held[k] && held[k - 1])) return;
       // Between its nodes the even way may stray further than both.
       const bool may =
@@ -186,6 +221,7 @@ Calmed Calmer::calm(const CutRun& run) const {
           clear_(stand(centre(s[k - 1].move.pose), v[k - 1]), stand(centre(s[k].move.pose), v[k]));
       bad[k] = may ? 0 : 1;
     });
+    if (progress_.cancelled()) return {};
     bool any = false;
     std::vector<std::uint8_t> wanted(nodes.size(), 0);
     for (std::size_t j = 0; j + 1 < at.size(); ++j)
@@ -223,11 +259,18 @@ Calmed Calmer::calm(const CutRun& run) const {
 
 }  // namespace
 
-CalmPath calm_axes(const ToolPath& path, Vec3 up, const CalmOptions& options, const MoveCheck& clear) {
-  const Calmer calmer(path, up, options, clear);
+Result<CalmPath> calm_axes(const ToolPath& path, Vec3 up, const CalmOptions& options, const MoveCheck& clear,
+                           const StageProgress& progress) {
   const std::vector<CutRun> runs = runs_of(path);
+  CalmProgress told(progress, runs);
+  const Calmer calmer(path, up, options, clear, told);
   std::vector<Calmed> calmed(runs.size());
-  tbb::parallel_for(std::size_t{0}, runs.size(), [&](std::size_t k) { calmed[k] = calmer.calm(runs[k]); });
+  told.tell();
+  tbb::parallel_for(std::size_t{0}, runs.size(), [&](std::size_t k) {
+    if (!told.cancelled()) calmed[k] = calmer.calm(runs[k]);
+  });
+  if (!told.cancelled()) told.tell();
+  if (told.cancelled()) return fail(Code::kCancelled, "cancelled; nothing was written");
   CalmPath out;
   PathSplice splice(path);
   for (std::size_t k = 0; k < runs.size(); ++k) {

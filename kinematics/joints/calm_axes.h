@@ -4,6 +4,8 @@
 
 #include <cstddef>
 
+#include "kinematics/basics/result.h"
+#include "kinematics/joints/joint_path.h"
 #include "kinematics/joints/singularity_bend.h"
 
 namespace tiltfeed {
@@ -28,8 +30,10 @@ struct CalmPath {
 /// tip goes along so that the ball's centre (`path.tool.corner_radius` up the axis) stays where it is.
 /// Properties: 1 No axis leans by more than the cone. 2 The first and last point of every run of cutting
 /// moves are kept. 3 Every move of which an end leans is one that `clear` has accepted. 4 The ball's centre
-/// passes its planned places in their order. 5 The same for any number of threads. Requires: a path that
-/// check_path accepts, a ball end.
-CalmPath calm_axes(const ToolPath& path, Vec3 up, const CalmOptions& options, const MoveCheck& clear);
+/// passes its planned places in their order. 5 The same for any number of threads. `progress`: the share of
+/// the cutting moves that were checked once, on the calling thread. Requires: a path that check_path accepts,
+/// a ball end. Errors: kCancelled.
+Result<CalmPath> calm_axes(const ToolPath& path, Vec3 up, const CalmOptions& options, const MoveCheck& clear,
+                           const StageProgress& progress = {});
 
 }  // namespace tiltfeed

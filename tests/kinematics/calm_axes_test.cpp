@@ -3,11 +3,14 @@
 #include "kinematics/joints/calm_axes.h"
 
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <mutex>
 #include <random>
+#include <thread>
 #include <vector>
 
 #include "kinematics/joints/even_turn.h"
@@ -152,7 +155,7 @@ TEST(CalmAxes, KeepTheBallAndTheConeAndOnlyGoWhereTheToolIsClear) {
       accepted.emplace_back(from, to);
       return true;
     };
-    const CalmPath calm = calm_axes(path, {0, 0, 1}, {Angle::from_degrees(4.0), 0.001}, clear);
+    const CalmPath calm = *calm_axes(path, {0, 0, 1}, {Angle::from_degrees(4.0), 0.001}, clear);
     EXPECT_GT(calm.report.points, 200u);
     EXPECT_GT(calm.report.refused, 0u);
     EXPECT_EQ(calm.path.moves.front().pose, path.moves.front().pose);
@@ -201,13 +204,41 @@ TEST(CalmAxes, KeepToTheConeBetweenTheirNodes) {
   std::size_t points = 0;
   for (unsigned seed = 1; seed <= 20; ++seed) {
     const ToolPath path = swooping(600, seed);
-    const CalmPath calm = calm_axes(path, {0, 0, 1}, {Angle::from_degrees(5.0), 0.1}, anything);
+    const CalmPath calm = *calm_axes(path, {0, 0, 1}, {Angle::from_degrees(5.0), 0.1}, anything);
     const std::vector<double> leans = leans_of(path, calm.path);
     const double largest = *std::max_element(leans.begin(), leans.end());
     EXPECT_LE(Angle::from_radians(largest).degrees(), 5.0 + 1e-6) << seed;
     points += calm.report.points;
   }
   EXPECT_GT(points, 2000u);
+}
+
+TEST(CalmAxes, SayHowFarTheyAreAndEndWhenTheyAreTold) {
+  std::atomic<int> checked{0};
+  const MoveCheck counted = [&](const Pose&, const Pose&) { return ++checked, true; };
+  const ToolPath path = swinging(6000, 1.5, 3);
+  const CalmOptions options{Angle::from_degrees(4.0), 0.001};
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);  // all checks are its own
+  const std::thread::id own = std::this_thread::get_id();
+  std::vector<double> told;
+  const auto calm = calm_axes(path, {0, 0, 1}, options, counted, [&](double share) {
+    EXPECT_EQ(std::this_thread::get_id(), own);
+    told.push_back(share);
+    return true;
+  });
+  ASSERT_TRUE(calm) << calm.error().message;
+  EXPECT_GT(told.size(), 4u);
+  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
+  EXPECT_EQ(told.front(), 0.0);
+  EXPECT_EQ(told.back(), 1.0) << "each cutting move was checked";
+  const int all = checked.exchange(0);
+  const auto ended = calm_axes(path, {0, 0, 1}, options, counted, [](double share) { return share == 0.0; });
+  ASSERT_FALSE(ended);
+  EXPECT_EQ(ended.error().code, Code::kCancelled);
+  EXPECT_LT(checked, all) << "it went on to its end";
+  const auto silent = calm_axes(path, {0, 0, 1}, options, counted);
+  ASSERT_TRUE(silent);
+  EXPECT_EQ(silent->report.points, calm->report.points);
 }
 
 TEST(CalmAxes, TheMachineIsQuicker) {
@@ -217,7 +248,7 @@ TEST(CalmAxes, TheMachineIsQuicker) {
   double before = planned;
   for (const double cone : {1.0, 3.0, 8.0}) {
     const double now =
-        machine_seconds(calm_axes(path, {0, 0, 1}, {Angle::from_degrees(cone), 0.001}, anything).path);
+        machine_seconds(calm_axes(path, {0, 0, 1}, {Angle::from_degrees(cone), 0.001}, anything)->path);
     EXPECT_LT(now, before) << cone;
     before = now;
   }
