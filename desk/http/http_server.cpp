@@ -14,6 +14,7 @@
 #include <map>
 #include <set>
 
+#include "desk/http/access_check.h"
 #include "desk/http/event_ring.h"
 #include "desk/http/http_head.h"
 
@@ -211,6 +212,9 @@ struct HttpServer::State {
     if (own) {
       const auto body = std::chrono::duration<double>(static_cast<double>(length) / kSlowestBody);
       own->due = Clock::now() + kHeadPatience + std::chrono::duration_cast<Clock::duration>(body);
+      // Its body may take its time: who is signed in sends it.
+      own->known =
+          own->known || (exchange.request.path.starts_with("/api/") && exchange.request.path != kSignIn);
     }
     if (!exchange.rule.file) return MHD_YES;
     exchange.request.file = options.upload_folder + "/upload-" + std::to_string(++uploads);
@@ -288,7 +292,7 @@ struct HttpServer::State {
     auto* state = static_cast<State*>(own);
     if (code == MHD_CONNECTION_NOTIFY_STARTED) {
       const MHD_ConnectionInfo* info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
-      state->make_room();
+      state->keep_strangers(kStrangers - 1);
       state->connections.push_back(
           {info ? info->connect_fd : -1, false, false, Clock::now() + kHeadPatience});
       *mine = &state->connections.back();
@@ -298,16 +302,20 @@ struct HttpServer::State {
     }
   }
 
-  /// Whoever opens connections and says nothing shuts no page out.
-  void make_room() {
-    const auto is_stranger = [](const Connection& at) {
-      char next = 0;  // a request that has come and was not read yet
-      return !at.asking && !at.known && at.fd >= 0 && ::recv(at.fd, &next, 1, MSG_PEEK | MSG_DONTWAIT) <= 0;
-    };
-    if (std::count_if(connections.begin(), connections.end(), is_stranger) < kStrangers) return;
-    const auto oldest = std::find_if(connections.begin(), connections.end(), is_stranger);
-    ::shutdown(oldest->fd, SHUT_RDWR);
-    oldest->fd = -1;
+  static bool is_stranger(const Connection& at) {
+    char next = 0;  // a request that has come and was not read yet
+    return !at.asking && !at.known && at.fd >= 0 && ::recv(at.fd, &next, 1, MSG_PEEK | MSG_DONTWAIT) <= 0;
+  }
+
+  /// Whoever opens connections, and says nothing or no whole request, shuts no page out.
+  void keep_strangers(std::ptrdiff_t most) {
+    for (auto more = std::count_if(connections.begin(), connections.end(), is_stranger) - most; more > 0;
+         --more) {
+      const auto oldest = std::find_if(connections.begin(), connections.end(), is_stranger);
+      if (oldest == connections.end()) return;
+      ::shutdown(oldest->fd, SHUT_RDWR);
+      oldest->fd = -1;
+    }
   }
 
   void close_slow() {
@@ -379,6 +387,8 @@ void HttpServer::turn() {
   }
   if (state_->news) state_->wake();
   MHD_run(state_->daemon);
+  // Those that came together had something to be read when they came.
+  state_->keep_strangers(kStrangers);
 }
 
 void HttpServer::tell(const std::string& event, const std::string& json) {

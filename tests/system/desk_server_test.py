@@ -161,6 +161,39 @@ def test_silent_crowd(desk):
         sock.close()
 
 
+def test_half_heads(desk):
+    """Many begin a request at once and do not end it: 20 of them stay, and who is signed in is served."""
+    crowd = []
+    for _ in range(60):
+        crowd.append(desk.connect())
+        try:
+            crowd[-1].sendall(f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{desk.port}\r\nX-Slow: ".encode())
+        except ConnectionError:
+            pass
+    there = crowd
+    while len(there) > 20:
+        there = [sock for sock in there if not select.select([sock], [], [], 0.01)[0]]
+    assert there, "all of them stay until they are closed for their age"
+    expect(desk.ask("GET", "/api/v1/state", **desk.signed)[0], 200, "beside half heads")
+    for sock in crowd:
+        sock.close()
+
+
+def test_upload_in_a_crowd(desk):
+    """A body that comes slowly on a connection of its own, as curl sends it: silent connections do not end it."""
+    with desk.connect() as sock:
+        sock.sendall((f"POST /api/v1/seat/beat HTTP/1.1\r\nHost: 127.0.0.1:{desk.port}\r\nOrigin: {desk.origin}\r\nContent-Type: application/json\r\n"
+                      f"Cookie: {desk.signed['Cookie']}\r\nX-Tiltfeed-Csrf: {desk.signed['X_Tiltfeed_Csrf']}\r\nContent-Length: 2\r\n\r\n").encode())
+        expect(desk.ask("GET", "/api/v1/state", **desk.signed)[0], 200, "its head was read")
+        crowd = [desk.connect() for _ in range(30)]
+        expect(desk.ask("GET", "/api/v1/state", **desk.signed)[0], 200, "beside an upload")
+        sock.sendall(b"{}")
+        answer = sock.recv(4096)
+        assert answer.startswith(b"HTTP/1.1 "), f"an upload beside silent connections: {answer[:100]}"
+    for silent in crowd:
+        silent.close()
+
+
 def test_slow(desk):
     """A head, and a body, that arrive byte by byte: closed by the server, while others are served."""
     head = f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{desk.port}\r\nX-Slow: ".encode()
@@ -327,6 +360,8 @@ def main():
     refused = subprocess.run([f"{binaries}/tiltfeed", "desk", "--port", str(taken.port)], capture_output=True, text=True, check=False)
     expect((refused.returncode, f"127.0.0.1:{taken.port}: " in refused.stderr), (1, True), f"a port that is taken: {refused.stderr}")
     taken.sign_in()
+    test_half_heads(taken)
+    test_upload_in_a_crowd(taken)
     test_silent_crowd(taken)
     expect(json.loads(taken.ask("GET", "/api/v1/state", **taken.signed)[2])["part"]["name"], "pin.stl", "the part of the command line")
     test_openapi(taken)
