@@ -184,7 +184,8 @@ std::optional<Reply> Desk::admit(const Request& request, BodyRule& rule) {
   const Session* session = sessions_.find(cookie_of(request));
   Sender sender{session ? session->csrf : "", session && session->operates};
   const Result<std::optional<ProgramToken>> program = program_of(request);
-  if (!program && program.error().code != Code::kUsage) return refusal(500, program.error().message);
+  if (!program && program.error().code != Code::kUsage)  // who asks is not known: nothing of where files are
+    return refusal(500, "the file of tokens cannot be used; tiltfeed desk token list says why");
   if (program && *program) sender = {"", (*program)->submits, true};
   if (!program) sender = {"", true, true};  // what is wrong besides its token is told first
   if (auto reply = refused(request, rules_, sender)) return reply;

@@ -35,7 +35,8 @@ Reply Desk::sign_in_by_password(const Request& request) {
   const auto name = text_in(request.body, "name"), password = text_in(request.body, "password");
   if (!name || !password) return refusal(400, "expected {\"name\": \"...\", \"password\": \"...\"}");
   const Result<std::vector<User>> users = load_users(options_.users);
-  if (!users) return refusal(500, users.error().message);
+  if (!users)  // who asks is not known yet: nothing of where files are
+    return refusal(500, "the file of users cannot be used; tiltfeed desk user list says why");
   const auto found =
       std::find_if(users->begin(), users->end(), [&](const User& user) { return user.name == *name; });
   const bool known = found != users->end();

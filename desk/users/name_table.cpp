@@ -1,6 +1,7 @@
 #include "desk/users/name_table.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -49,6 +50,9 @@ Result<std::vector<NameLine>> parse_names(const std::string& text, const std::st
 }
 
 Result<std::string> read_names(const std::string& path) {
+  struct stat about {};
+  if (::stat(path.c_str(), &about) == 0 && (about.st_mode & S_IWOTH) != 0)
+    return fail(Code::kInput, path + ": everybody may write it, and let themselves in; chmod o-w " + path);
   std::ifstream in(path, std::ios::binary);
   std::ostringstream text;
   if (!in || !(text << in.rdbuf() || in.peek() == std::ifstream::traits_type::eof()))

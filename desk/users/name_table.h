@@ -23,7 +23,7 @@ struct NameLine {
 Result<std::vector<NameLine>> parse_names(const std::string& text, const std::string& path,
                                           const char* expected);
 
-/// Errors: kIo.
+/// Errors: kInput: everybody may write the file; kIo.
 Result<std::string> read_names(const std::string& path);
 /// The file appears whole or not at all, for its owner and group alone. Errors: kIo.
 Result<void> save_names(const std::string& path, const std::string& text);

@@ -68,6 +68,17 @@ TEST(Tokens, are_known_by_their_digest_alone) {
   }
 }
 
+TEST(Users, a_file_that_everybody_may_write_lets_nobody_in) {
+  const std::string path = "/tmp/tiltfeed_users_" + std::to_string(::getpid());
+  ASSERT_TRUE(save_users(path, {{"ann", true, "$y$x"}}));
+  EXPECT_TRUE(load_users(path));
+  ASSERT_EQ(::chmod(path.c_str(), 0646), 0);
+  const auto refused = load_users(path);
+  std::filesystem::remove(path);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("chmod o-w " + path), std::string::npos) << refused.error().message;
+}
+
 TEST(Users, a_password_is_known_by_its_hash_alone) {
   const Result<std::string> hash = hash_password("a long secret"), other = hash_password("a long secret");
   ASSERT_TRUE(hash && other);
