@@ -46,7 +46,11 @@ Result<void> add_avoided_faces(Job& job, const pathgen::PartModel& model, const 
     const auto chosen = pathgen::faces_named(model, {name}, job.stl_path);
     if (!chosen) return tl::unexpected(chosen.error());
     pathgen::Mesh own = mesh_of(part.mesh, facets_on(*chosen, model, part.mesh));
-    if (own.facets.empty()) continue;
+    if (own.facets.empty())
+      return fail(Code::kMesh,
+                  job.stl_path + ": \"" + name +
+                      "\" of part.avoid_faces is so small that repairing the mesh leaves nothing "
+                      "of it; use a smaller tolerance_mm, or leave it out");
     std::fill(own.source.begin(), own.source.end(), static_cast<std::uint32_t>(all.names.size()));
     all.mesh = pathgen::joined(all.mesh, own);
     all.names.push_back("\"" + name + "\" (part.avoid_faces)");

@@ -10,7 +10,7 @@
 namespace tiltfeed::pathgen {
 
 struct Fixtures {
-  Mesh mesh;                       ///< of all bodies, part coordinates; source[i]: the body of facet i
+  Mesh mesh;  ///< of all bodies, at least one facet, part coordinates; source[i]: the body of facet i
   std::vector<std::string> names;  ///< by body
   Sides sides = Sides::kOutward;
 };

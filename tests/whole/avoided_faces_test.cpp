@@ -97,5 +97,22 @@ TEST(AvoidedFaces, NamesThatAreNotThereAreRefused) {
   EXPECT_NE(refused.error().message.find("no face has the name or colour \"#0000ff\""), std::string::npos);
 }
 
+/// With no facet to keep off, the pieces of the tool that meet such faces alone would meet the whole part.
+TEST(AvoidedFaces, OneOfWhichTheRepairLeavesNothingIsRefused) {
+  auto job = config::parse_job(
+      avoiding_job("step.step", "axis: {mode: fixed}\npattern: {kind: raster, side_step_mm: 1}"), "job.yaml");
+  ASSERT_TRUE(job) << job.error().message;
+  auto model = config::read_part_model(*job);
+  ASSERT_TRUE(model);
+  const auto part = config::check_part(*job, *model);
+  ASSERT_TRUE(part);
+  model->faces.emplace_back().name = "chip";
+  job->avoid_faces = {"#ff0000", "chip"};
+  const auto refused = config::add_avoided_faces(*job, *model, *part);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("\"chip\" of part.avoid_faces is so small"), std::string::npos)
+      << refused.error().message;
+}
+
 }  // namespace
 }  // namespace tiltfeed
