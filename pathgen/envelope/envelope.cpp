@@ -363,11 +363,14 @@ LineEnvelope Envelope::guarded(LineEnvelope found, const FlatLine& line, double 
   PassFloor floor(found.passes, line, options_.tolerance, least);
   if (!find_guards(line, floor)) return found;
   cutter_.swap(candidates_);
+  std::vector<Candidate> asked;
   for (;;) {
     LineEnvelope all = raised(found, line, floor);
     // A move along an edge stays up where its places, asked one by one, fall past the edge.
     if (!floor.open_over(all.passes, line)) return all;
+    asked.swap(guards_);
     find_guards(line, floor);
+    if (guards_ == asked) return all;  // the same would be traced once more
   }
 }
 

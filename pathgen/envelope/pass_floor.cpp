@@ -16,7 +16,7 @@ double run_of(const FlatLine& line, const EnvelopePoint& p) { return line.run_of
 }  // namespace
 
 PassFloor::PassFloor(std::span<const Pass> passes, const FlatLine& line, double slack, double least)
-    : least_(least) {
+    : least_(least), spare_(slack) {
   run_.push_back(-kInfinity), low_.push_back(least);
   for (const Pass& pass : passes) {
     for (std::size_t i = 0; i < pass.size(); ++i) {
@@ -50,8 +50,9 @@ bool PassFloor::open_over(std::span<const Pass> passes, const FlatLine& line) {
       const double low = std::min(pass[i].flat.z, pass[next].flat.z);
       const auto [first, last] = moves(run_of(line, pass[i]), run_of(line, pass[next]));
       for (std::size_t k = first; k < last; ++k)
-        if (low < low_[k] && low_[k] > least_) low_[k] = least_, opened = true;
+        if (low < low_[k] && low_[k] > least_) low_[k] = std::max(low - spare_, least_), opened = true;
     }
+  spare_ *= 2.0;
   if (opened) sum_up();
   return opened;
 }

@@ -39,8 +39,8 @@ class PassFloor {
     }
   }
 
-  /// Makes moves over which `passes`, which were traced anew, lie lower than this floor as low as may be.
-  /// False where there are none.
+  /// Lowers the floor to under `passes`, which were traced anew, where they lie lower: by the slack, the next
+  /// time by twice as much, and so on, so that few times are enough. False where they lie nowhere lower.
   bool open_over(std::span<const Pass> passes, const FlatLine& line);
 
   /// What the candidates cover, out to the points of the passes round it, so that moves are replaced as a
@@ -54,6 +54,7 @@ class PassFloor {
   std::pair<std::size_t, std::size_t> moves(double from, double to) const;
 
   double least_;
+  double spare_;                             ///< how far under what was traced anew the floor goes next
   std::vector<double> run_;                  ///< of the points; infinite before the first and after the last
   std::vector<double> low_;                  ///< of the move from there to the next, less the slack
   std::vector<std::vector<double>> lowest_;  ///< [k][i]: of 2^k moves from i on

@@ -15,6 +15,7 @@ struct Candidate {
   double from = 0.0, to = 0.0;
   PatchId patch = 0;
   float top = std::numeric_limits<float>::infinity();  ///< as FlatHull::top
+  bool operator==(const Candidate&) const = default;
 };
 
 /// Adds the pieces to the candidates, those of one patch joined where they overlap. Leaves `pieces` sorted.

@@ -308,12 +308,13 @@ TEST(GuardHulls, AMoveAlongARimThatIsCutUpKeepsTheHolderOff) {
     const double y = std::uniform_real_distribution(met - 0.02, met + 0.04)(random),
                  y2 = y + std::uniform_real_distribution(0.2, 0.3)(random);
     const double x = step.rim(y), x2 = step.rim(y2), run = std::hypot(x2 - x, y2 - y);
-    const LineEnvelope found = envelope.along({x, y, (x2 - x) / run, (y2 - y) / run, run});
-    for (const Pass& pass : found.passes)
-      for (const EnvelopePoint& p : pass) {
-        EXPECT_EQ(p.flat.z, step.highest(step.all, p.flat.x, p.flat.y)) << y << ", " << y2;
-        ++(step.highest(step.cutter, p.flat.x, p.flat.y) < Step::kTop - 5.0 ? past : over);
-      }
+    const FlatLine line{x, y, (x2 - x) / run, (y2 - y) / run, run};
+    for (const LineEnvelope& found : {envelope.along(line), envelope.along_short(line, kAnyHeight)})
+      for (const Pass& pass : found.passes)
+        for (const EnvelopePoint& p : pass) {
+          EXPECT_EQ(p.flat.z, step.highest(step.all, p.flat.x, p.flat.y)) << y << ", " << y2;
+          ++(step.highest(step.cutter, p.flat.x, p.flat.y) < Step::kTop - 5.0 ? past : over);
+        }
   }
   EXPECT_GT(past, 50u);
   EXPECT_GT(over, 50u);
