@@ -29,6 +29,9 @@ constexpr double kMostWound = kPi / 2.0;
 /// count.
 constexpr double kBelow = 8.0;
 
+/// So many hulls over one place are a crowd: from there on the tree costs less than the list.
+constexpr std::size_t kCrowd = 512;
+
 }  // namespace
 
 /// Builds the envelope along one line by evaluating it where patches begin and end, and between those places
@@ -324,33 +327,44 @@ double Envelope::cutter_height(double x, double y) const {
   return highest.found() ? highest.hit().z : kAnyHeight;
 }
 
-/// The cutting part's envelope from the patches that come near it in height; nothing where it has a gap or
-/// comes so low that others may count.
-std::optional<LineEnvelope> Envelope::of_the_highest(const FlatLine& line) {
+/// From the patches of the cutting part that come near its envelope in height; nothing where there is a gap
+/// or what was found comes so low that others may count.
+std::optional<LineEnvelope> Envelope::of_the_highest(const FlatLine& line, double z) {
   const double half = 0.5 * line.length;
   double low = std::numeric_limits<double>::infinity(), high = kAnyHeight;
   for (const double run : {0.0, half, line.length}) {
-    const double z = cutter_height(line.x_at(run), line.y_at(run));
-    low = std::min(low, z), high = std::max(high, z);
+    const double height = cutter_height(line.x_at(run), line.y_at(run));
+    low = std::min(low, height), high = std::max(high, height);
   }
   if (low == kAnyHeight) return std::nullopt;
   low -= (high - low) + kBelow * options_.tolerance;
   index_.along_over(line, map_.axis_line(line.x_at(half), line.y_at(half)), low, surface_, map_, scratch_,
                     candidates_);
-  LineEnvelope found = Profile(*this, line, true).build();
-  if (found.passes.size() != 1 || !found.too_near.empty()) return std::nullopt;
-  const Pass& pass = found.passes.front();
-  const auto run_of = [&](const EnvelopePoint& p) { return line.run_of(p.flat.x, p.flat.y); };
   const double end = options_.tolerance * kFlankShare;
-  if (run_of(pass.front()) > end || run_of(pass.back()) < line.length - end) return std::nullopt;
-  for (const EnvelopePoint& p : pass)
-    if (p.flat.z < low) return std::nullopt;
-  return found;
+  const auto is_whole = [&](const LineEnvelope& found) {
+    if (found.passes.size() != 1 || !found.too_near.empty()) return false;
+    const Pass& pass = found.passes.front();
+    return line.run_of(pass.front().flat.x, pass.front().flat.y) <= end &&
+           line.run_of(pass.back().flat.x, pass.back().flat.y) >= line.length - end &&
+           std::all_of(pass.begin(), pass.end(), [&](const EnvelopePoint& p) { return p.flat.z >= low; });
+  };
+  LineEnvelope found = Profile(*this, line, true).build();
+  if (!is_whole(found)) return std::nullopt;
+  // With shank and holder other places are asked: there the cutting part may be lower, too.
+  found = guarded(std::move(found), line, z);
+  return is_whole(found) ? std::optional(std::move(found)) : std::nullopt;
 }
 
 LineEnvelope Envelope::along_short(const FlatLine& line, double z) {
-  if (auto found = of_the_highest(line)) return guarded(std::move(*found), line, z);
+  if (auto found = of_the_highest(line, z)) return std::move(*found);
   return along(line, z);
+}
+
+bool Envelope::is_crowded(const FlatLine& line) const {
+  if (line.length > surface_.pieces().front().outer) return false;
+  std::size_t hulls = 0;
+  const double half = 0.5 * line.length;
+  return index_.any_at(line.x_at(half), line.y_at(half), [&](PatchId) { return ++hulls > kCrowd; });
 }
 
 LineEnvelope Envelope::along_candidates(const FlatLine& line, double least) {

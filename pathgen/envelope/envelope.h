@@ -53,6 +53,10 @@ class Envelope {
   /// are wide.
   LineEnvelope along_short(const FlatLine& line, double z);
 
+  /// Is the line short, and are there so many hulls in its middle that along_short() costs less than along()?
+  /// The same for any thread, whatever it was asked before.
+  bool is_crowded(const FlatLine& line) const;
+
   /// May the envelope be higher than z' anywhere on the line? By its bounds alone.
   bool may_rise_over(const FlatLine& line, double z);
 
@@ -84,7 +88,7 @@ class Envelope {
   void look_along(const FlatLine& line);
   LineEnvelope along_candidates(const FlatLine& line, double least);
   LineEnvelope guarded(LineEnvelope found, const FlatLine& line, double least);
-  std::optional<LineEnvelope> of_the_highest(const FlatLine& line);
+  std::optional<LineEnvelope> of_the_highest(const FlatLine& line, double z);
   LineEnvelope raised(const LineEnvelope& found, const FlatLine& line, const class PassFloor& floor);
   template <class Look>
   auto look_at(double x, double y, Look look);

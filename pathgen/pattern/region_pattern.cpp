@@ -25,7 +25,9 @@ std::vector<Pass> lay_curve(const FlatCurve& curve, Heights& heights) {
   for (std::size_t i = 0; i + 1 < curve.size(); ++i) {
     const FlatLine line = line_between(curve[i], curve[i + 1]);
     if (line.length == 0.0) continue;
-    LineEnvelope found = heights.envelope().along(line);
+    Envelope& envelope = heights.envelope();
+    LineEnvelope found =
+        envelope.is_crowded(line) ? envelope.along_short(line, kAnyHeight) : envelope.along(line);
     leave_held(found, line);
     for (Pass& pass : found.passes) {
       const bool on = !laid.empty() && distance(laid.back().back().centre, pass.front().centre) < kJoined;

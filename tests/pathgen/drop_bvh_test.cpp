@@ -8,7 +8,9 @@
 #include <random>
 
 #include "pathgen/envelope/envelope.h"
+#include "pathgen/envelope/heights.h"
 #include "pathgen/envelope/highest_patch.h"
+#include "pathgen/pattern/region_pattern.h"
 #include "pathgen/surface/cl_surface.h"
 #include "tests/shapes/cut_passes.h"
 
@@ -230,6 +232,42 @@ TEST_P(DropBvhs, ServeShortLines) {
   }
   EXPECT_GT(points, 1000u);
   EXPECT_LT(shown, 200 * surface.features() / 10);
+}
+
+/// Many small facets under a wide taper are a crowd on short lines alone; under a small ball they are none. A
+/// curve of such lines is laid exactly.
+TEST_P(DropBvhs, LayCurvesInACrowd) {
+  const CheckedMesh part = rough_sheet(GetParam(), 5, 0.5);
+  ToolPiece small;
+  small.corner = small.outer = 0.3;
+  const Deformation map(GetParam(), 40.0);
+  const ClSurface under_taper(part.mesh, part.sides, {wide_pieces().back()}),
+      under_ball(part.mesh, part.sides, {small});
+  const FlatIndex taper(make_flat_hulls(under_taper, map, 0.5), map),
+      ball(make_flat_hulls(under_ball, map, 0.1), map);
+  const EnvelopeOptions limits{0.01, 0.05};
+  const Envelope of_taper(under_taper, map, taper, limits), of_ball(under_ball, map, ball, limits);
+  const Point<Flat> middle = map.flatten(part.mesh.vertices[part.mesh.vertices.size() / 2]);
+  EXPECT_TRUE(of_taper.is_crowded({middle.x, middle.y, 0.6, 0.8, 0.2}));
+  EXPECT_FALSE(of_taper.is_crowded({middle.x, middle.y, 0.6, 0.8, 2.0 * wide_pieces().back().outer}));
+  EXPECT_FALSE(of_ball.is_crowded({middle.x, middle.y, 0.6, 0.8, 0.2}));
+  const ClField field{under_taper, map, taper, taper.bounds()};
+  Heights heights(field, limits);
+  FlatCurve curve;
+  for (int k = 0; k < 9; ++k) curve.push_back({middle.x + 0.15 * k, middle.y + 0.2 * (k % 3)});
+  const std::vector<Pass> laid = lay_curve(curve, heights);
+  ASSERT_EQ(laid.size(), 1u);
+  EXPECT_NEAR(laid[0].front().flat.x, curve.front().x, 1e-9);
+  EXPECT_NEAR(laid[0].back().flat.x, curve.back().x, 1e-9);
+  for (const EnvelopePoint& p : laid[0]) {
+    Deformation::Angles angles;
+    const AxisLine there = map.axis_line(p.flat.x, p.flat.y, angles);
+    double z = -std::numeric_limits<double>::infinity();
+    for (PatchId patch = 0; patch < under_taper.patch_count(); ++patch)
+      if (ClHit hit; under_taper.top(patch, there, hit) && map.in_column(hit.z, angles, 0.0))
+        z = std::max(z, hit.z);
+    EXPECT_EQ(p.flat.z, z);
+  }
 }
 
 /// Facets too wide for one hull, of the cutting part and of a guard.
