@@ -43,8 +43,8 @@ std::vector<ClChain> join_strands(std::vector<ClStrand> strands, const FacetBvh&
 void thin_chain(ClChain& chain, double tolerance);
 inline constexpr double kNormalBend = 0.1;
 
-/// Is the centre's straight move, which starts and ends in contact, nowhere nearer to the part than the
-/// radius, and in its middle no further, but for the tolerance?
+/// Is the centre's straight move nowhere nearer to the part than the radius, and nowhere further off, but for
+/// the tolerance?
 bool in_contact(Point<Part> from, Point<Part> to, const FacetBvh& tree, double radius, double tolerance);
 
 double length_of(const ClStrand& strand);

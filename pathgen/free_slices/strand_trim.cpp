@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "pathgen/free_slices/cl_chains.h"
 #include "pathgen/tool/swept_tool.h"
@@ -163,16 +164,40 @@ void trim_strand(const ClStrand& strand, const FacetBvh& tree, std::span<const s
   end_run();
 }
 
+namespace {
+
+/// The facet that is nearest to the place, if any is in reach.
+std::optional<Corners> nearest(Point<Part> place, const FacetBvh& tree, double reach) {
+  std::optional<Corners> found;
+  tree.nearest(place, reach, [&](std::uint32_t, const PlacedFacet& f) {
+    const double off = distance(place, nearest_point(place, f.corners));
+    if (off <= reach) reach = off, found = f.corners;
+    return off;
+  });
+  return found;
+}
+
+/// Is some facet in reach all along the move, if these two are of its ends? The distance to one facet is
+/// convex along it.
+bool stays_near(Point<Part> from, const Corners& of_from, Point<Part> to, const Corners& of_to,
+                const FacetBvh& tree, double reach) {
+  if (distance(to, nearest_point(to, of_from)) <= reach ||
+      distance(from, nearest_point(from, of_to)) <= reach)
+    return true;
+  const Point<Part> middle = lerp(from, to, 0.5);
+  const auto between = nearest(middle, tree, reach);
+  if (!between || distance(from, to) < kSamePoint) return between.has_value();
+  return stays_near(from, of_from, middle, *between, tree, reach) &&
+         stays_near(middle, *between, to, of_to, tree, reach);
+}
+
+}  // namespace
+
 bool in_contact(Point<Part> from, Point<Part> to, const FacetBvh& tree, double radius, double tolerance) {
   if (any_inside(from, to, tree, radius - tolerance)) return false;
-  const Point<Part> middle = lerp(from, to, 0.5);
   const double reach = radius + tolerance;
-  bool near = false;
-  tree.each_in({middle - Vec3{reach, reach, reach}, middle + Vec3{reach, reach, reach}},
-               [&](std::uint32_t, const PlacedFacet& f) {
-                 near = near || distance(middle, nearest_point(middle, f.corners)) <= reach;
-               });
-  return near;
+  const auto of_from = nearest(from, tree, reach), of_to = nearest(to, tree, reach);
+  return of_from && of_to && stays_near(from, *of_from, to, *of_to, tree, reach);
 }
 
 }  // namespace tiltfeed::pathgen

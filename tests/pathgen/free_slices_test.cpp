@@ -7,6 +7,7 @@
 #include <numeric>
 #include <random>
 
+#include "pathgen/free_slices/cl_chains.h"
 #include "pathgen/free_slices/cl_slices.h"
 #include "pathgen/free_slices/patch_obstacles.h"
 #include "pathgen/free_slices/stack_share.h"
@@ -230,6 +231,32 @@ TEST(FreeSlices, AStackCutsAllPatchesThatHavePlacesOfIt) {
           ASSERT_EQ(needed[patch], 1) << "patch " << patch << " of stack " << stack;
         }
     });
+  }
+}
+
+/// A move over a hollow of two planes, deepest at a share of the way: its middle tells only what it is there.
+TEST(FreeSlices, AMoveIsInContactAllAlongOrNot) {
+  constexpr double kRadius = 2.0, kDepth = 0.01;
+  for (const double deepest : {0.1, 0.2, 0.5, 0.8, 0.97}) {
+    Mesh mesh;
+    // Off a plane by the radius at `at`, and by the depth more at the deepest place.
+    const auto add = [&](double at) {
+      const double lean = kDepth / (deepest - at), up = std::sqrt(1.0 - lean * lean);
+      const Vec3 n{lean, 0.0, up}, along{up, 0.0, -lean}, aside{0.0, 1.0, 0.0};
+      const Point<Part> foot = Point<Part>{at, 0.0, 0.0} - n * kRadius;
+      const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+      for (const auto& [u, v] : {std::pair{-20.0, -20.0}, std::pair{20.0, -20.0}, std::pair{0.0, 30.0}})
+        mesh.vertices.push_back(foot + along * u + aside * v);
+      mesh.facets.push_back({first, first + 1, first + 2}), mesh.source.push_back(first / 3);
+    };
+    add(0.0), add(1.0);
+    const FacetBvh tree(mesh);
+    const auto in = [&](double tolerance) {
+      return in_contact({0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, tree, kRadius, tolerance);
+    };
+    EXPECT_TRUE(in(1.001 * kDepth)) << deepest;
+    EXPECT_FALSE(in(0.999 * kDepth)) << deepest;
+    EXPECT_FALSE(in(0.5 * kDepth)) << deepest;
   }
 }
 
