@@ -19,8 +19,9 @@ double wrapped(double degrees) {
 std::optional<std::string> broken(const std::string& name, const char* unit, const char* what, double value,
                                   double min, double max) {
   const auto text = [&](const char* side, double limit) {
-    return name + " " + decimal(value, 4) + " " + unit + " is " + side + " its " + what + " of " +
-           decimal(limit, 4) + " " + unit;
+    const std::string found = decimal(value, 4), allowed = decimal(limit, 4);
+    return name + (found == allowed ? " goes " : " " + found + " " + unit + " is ") + side + " its " + what +
+           " of " + allowed + " " + unit;
   };
   if (!(value >= min)) return text("below", min);
   if (!(value <= max)) return text("above", max);

@@ -223,6 +223,7 @@ TEST(Machine, NamesTheFirstBrokenLimit) {
   EXPECT_EQ(broken_limit(m, {1, 2, 3, 4, 5}), std::nullopt);
   EXPECT_EQ(broken_limit(m, {0, 0, -512.3, 0, 0}), "Z -512.3 mm is below its travel of -500 mm");
   EXPECT_EQ(broken_limit(m, {0, 0, -512.3, 120.5, 0}), "A 120.5 degrees is above its limit of 120 degrees");
+  EXPECT_EQ(broken_limit(m, {0, 0, 0, 120.00001, 0}), "A goes above its limit of 120 degrees");
   EXPECT_TRUE(broken_limit(m, {0, 0, std::nan(""), 0, 0}));
   EXPECT_FALSE(within_limits(m, {0, 0, std::nan(""), 0, 0}));
   EXPECT_TRUE(within_limits(m, {0, 0, -500, 120, 0}));
