@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <span>
 
 #include "pathgen/envelope/pass_trim.h"
 #include "pathgen/options/side_step.h"
@@ -18,6 +19,7 @@ namespace {
 
 constexpr double kNowhereNear = std::numeric_limits<double>::infinity();
 constexpr double kNoSegment = -1.0;         ///< where the next node begins a pass
+constexpr double kSurely = 1.0 - 1e-12;     ///< far more than rounding errors
 constexpr std::int32_t kRowsLookedAt = 40;  ///< rows on each side that are looked at
 
 struct Node {
@@ -32,6 +34,16 @@ struct Segment {
   Point<Part> from;
   Vec3 way;
   double square = kNoSegment;  ///< of its length
+
+  double squared_distance(Point<Part> place) const {
+    if (square == kNoSegment) return kNowhereNear;
+    const Vec3 off = place - from;
+    const double along = dot(off, way);
+    // From its begin, its end, or square to it.
+    if (along <= 0.0) return squared_length(off);
+    if (along >= square) return squared_length(off - way);
+    return squared_length(off) - along * along / square;
+  }
 };
 
 /// A row, by bins along it.
@@ -124,24 +136,30 @@ class Ridges {
   /// How far aside of its pass a row leaves a place near a run coordinate: the ridge is what a ball leaves so
   /// far aside on a plane.
   double aside(Point<Part> place, std::int32_t bin, std::int32_t row) const {
-    const RowTrack& t = tracks_[static_cast<std::size_t>(row)];
-    if (t.nodes.empty()) return kNowhereNear;
-    const std::uint32_t from = std::max(t.node_of(bin - 1), std::uint32_t{1}) - 1, to = t.node_of(bin + 2);
     double least = kNowhereNear;
-    for (std::uint32_t i = from; i < to + 1 && i + 1 < t.segments.size(); ++i) {
-      const Segment& s = t.segments[i];
-      if (s.square == kNoSegment) continue;
-      const Vec3 off = place - s.from;
-      const double along = dot(off, s.way), square = squared_length(off);
-      // From the segment's begin, its end, or square to it.
-      if (along <= 0.0)
-        least = std::min(least, square);
-      else if (along >= s.square)
-        least = std::min(least, squared_length(off - s.way));
-      else
-        least = std::min(least, square - along * along / s.square);
-    }
+    for (const Segment& s : near(bin, row)) least = std::min(least, s.squared_distance(place));
     return std::sqrt(std::max(0.0, least - radius_ * radius_));
+  }
+  /// Is it surely no more than `most`? Asked of rows well within that: the segment in the middle, or one
+  /// beside it, mostly tells.
+  bool surely_aside(Point<Part> place, std::int32_t bin, std::int32_t row, double most) const {
+    if (most <= 0.0) return false;
+    const double enough = kSurely * (radius_ * radius_ + most * most);
+    const std::span<const Segment> all = near(bin, row);
+    const std::size_t middle = all.size() / 2;
+    for (std::size_t i = middle; i < all.size(); ++i)
+      if (all[i].squared_distance(place) <= enough) return true;
+    for (std::size_t i = middle; i-- > 0;)
+      if (all[i].squared_distance(place) <= enough) return true;
+    return false;
+  }
+  /// The segments of a row near a run coordinate.
+  std::span<const Segment> near(std::int32_t bin, std::int32_t row) const {
+    const RowTrack& t = tracks_[static_cast<std::size_t>(row)];
+    if (t.segments.empty()) return {};
+    const std::size_t from = std::max(t.node_of(bin - 1), std::uint32_t{1}) - 1,
+                      to = std::min<std::size_t>(t.node_of(bin + 2) + 1, t.segments.size() - 1);
+    return from < to ? std::span(t.segments).subspan(from, to - from) : std::span<const Segment>();
   }
   double left(double aside) const { return std::hypot(radius_, aside) - radius_; }
 
@@ -157,6 +175,11 @@ class Ridges {
       double& known = known_[static_cast<std::size_t>(row - first_)];
       if (known == kUnknown) known = ridges_.aside(place_, bin_, row);
       return known;
+    }
+    /// Likewise; 0 where it is surely no more than `most`, which is quicker told.
+    double of(std::int32_t row, double most) {
+      const double known = known_[static_cast<std::size_t>(row - first_)];
+      return known == kUnknown && ridges_.surely_aside(place_, bin_, row, most) ? 0.0 : of(row);
     }
 
    private:
@@ -251,16 +274,23 @@ class Ridges {
       if (row + 1 < count) look(0.5 * to_next);  // half way to the next row
       if (row == 0) look(-to_next);              // the borders are one row further
       if (row > 0 && row + 1 == count) look(to_last);
-      double farthest = 0.0;
-      for (std::size_t i = 0; i < shifted; ++i)
-        farthest = std::max(farthest, std::max(wide, stated.least(shifts[i])) + std::abs(shifts[i]));
+      // Rows that are so near are near enough for all of them.
+      std::array<double, 3> limits{};
+      double farthest = 0.0, near_below = kNowhereNear, near_beyond = kNowhereNear;
+      for (std::size_t i = 0; i < shifted; ++i) {
+        const double limit = limits[i] = std::max(wide, stated.least(shifts[i]));
+        farthest = std::max(farthest, limit + std::abs(shifts[i]));
+        if (std::abs(shifts[i]) > limit) continue;
+        near_below = std::min(near_below, limit - shifts[i]);
+        near_beyond = std::min(near_beyond, limit + shifts[i]);
+      }
       below.clear(), beyond.clear();
       for (std::int32_t k = row - 1; k >= std::max(0, row - kRowsLookedAt); --k)
-        if (below.push_back(asides.of(k)); below.back() > farthest) break;
+        if (below.push_back(asides.of(k, near_below)); below.back() > farthest) break;
       for (std::int32_t k = row + 1; k < std::min(count, row + kRowsLookedAt + 1); ++k)
-        if (beyond.push_back(asides.of(k)); beyond.back() > farthest) break;
+        if (beyond.push_back(asides.of(k, near_beyond)); beyond.back() > farthest) break;
       for (std::size_t i = 0; i < shifted; ++i) {
-        const double limit = std::max(wide, stated.least(shifts[i]));
+        const double limit = limits[i];
         if (std::abs(shifts[i]) > limit) continue;
         RowNeed need{wide_bin(bin), row, row};
         for (const double off : below) {

@@ -120,26 +120,29 @@ class Choice {
     tbb::parallel_for(std::int32_t{-1}, count_, [&](std::int32_t last) {
       if (stopped || (go_on && !go_on())) return void(stopped = true);
       std::vector<double>& costs = fills_[static_cast<std::size_t>(last + 1)];
-      std::vector<RowNeed> pending, open;
+      std::vector<std::vector<RowNeed>> pending(kFarthestRows);  // by the last row that could cut them
+      std::vector<RowNeed> open;
       double dearest = last < 0 ? 0.0 : cost(last), filled = 0.0;
       for (std::int32_t next = last + 1; next <= std::min(count_, last + kFarthestRows); ++next) {
         if (next < count_) dearest = std::max(dearest, cost(next));
         const double most = next < count_ ? kTooDear * (dearest + way_up_) : kNoWay;
         // Only those that the row before could still cut are new.
-        if (std::any_of(pending.begin(), pending.end(),
-                        [&](const RowNeed& n) { return n.high == next - 1; })) {
-          open.clear();
-          for (const RowNeed& need : pending)
-            if (need.high < next) open.push_back(need);
-          filled = fill(open, nullptr, most);
+        if (next > last + 1) {
+          std::vector<RowNeed>& opened = pending[static_cast<std::size_t>(next - last - 2)];
+          if (!opened.empty()) {
+            std::sort(opened.begin(), opened.end(), before);
+            const auto middle = static_cast<std::ptrdiff_t>(open.size());
+            open.insert(open.end(), opened.begin(), opened.end());
+            std::inplace_merge(open.begin(), open.begin() + middle, open.end(), before);
+            filled = fill(open, nullptr, most);
+          }
         }
         if (filled > most) break;
         costs.push_back(filled);
         if (next == count_) break;
-        const auto middle = static_cast<std::ptrdiff_t>(pending.size());
         for (const RowNeed& need : rows_[static_cast<std::size_t>(next)].needs)
-          if (need.low > last) pending.push_back(need);
-        std::inplace_merge(pending.begin(), pending.begin() + middle, pending.end(), before);
+          if (need.low > last && need.high <= last + kFarthestRows)
+            pending[static_cast<std::size_t>(need.high - last - 1)].push_back(need);
       }
     });
     return !stopped;
