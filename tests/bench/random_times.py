@@ -18,6 +18,9 @@ import subprocess
 import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+sys.path.insert(0, f"{ROOT}/tests/system")
+import set_ups as made  # noqa: E402
+
 FORMULA = ["pin", "sphere", "handle"]
 # Of jobs that are planned in a few seconds.
 PUBLIC = ["halfdonut_solidbin", "impeller_aero", "knob_shifter", "mould_cavity", "propeller_d", "ring_ftc11", "spider_ascii", "tooth_molar",
@@ -109,13 +112,8 @@ class Case:
         self.machine = f"{ROOT}/config/machines/generic-ac.yaml"
         if machine == "slow":
             self.machine = f"{work}/slow.yaml"
-            with open(f"{ROOT}/config/machines/generic-ac.yaml", encoding="utf-8") as given:
-                profile = given.read()
-            for old, new in SLOW:
-                assert old in profile, old
-                profile = profile.replace(old, new)
             with open(self.machine, "w", encoding="utf-8") as out:
-                out.write(profile)
+                out.write(made.profile(without=(), changes=SLOW))
         with open(job, encoding="utf-8") as given:
             text = given.read()
         unit = re.search(r"^  unit: (\S+)", text, re.M)
