@@ -26,6 +26,24 @@ constexpr double kApart = 0.5;
 constexpr int kRoundEdges = 24, kRingsOfEdges = 8;
 constexpr double kRubbing = 2.0;  ///< tolerances: so much of a touch is none
 
+/// Places on circles round an axis.
+struct Round {
+  Vec3 u, v;  ///< unit, square to the axis and to each other
+  explicit Round(Vec3 axis)
+      : u(normalized(cross(axis, std::abs(axis.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}))),
+        v(cross(axis, u)) {}
+
+  /// Is any of so many of them stock? The first one is on u.
+  template <class IsStock>
+  bool any(Point<Part> middle, double radius, int count, const IsStock& is_stock) const {
+    for (int k = 0; k < count; ++k) {
+      const double turn = 2.0 * kPi * k / count;
+      if (is_stock(middle + u * (radius * std::cos(turn)) + v * (radius * std::sin(turn)))) return true;
+    }
+    return false;
+  }
+};
+
 /// The tool without what it is to leave.
 std::vector<ToolPiece> tool_itself(PlanOptions options) {
   options.allowance = options.radial_stock = options.axial_stock = 0.0;
@@ -49,8 +67,7 @@ bool StockBefore::known() const {
 /// Is the cutter in stock anywhere from its end up to `height` over it?
 template <class IsStock>
 bool StockBefore::in_stock(Point<Part> reference, Vec3 axis, double height, IsStock is_stock) const {
-  const Vec3 any = std::abs(axis.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
-  const Vec3 u = normalized(cross(axis, any)), v = cross(axis, u);
+  const Round round(axis);
   const Point<Part> ring = reference + axis * cutter().above_reference;
   for (int level = 0; level < (height > 0.0 ? 3 : 1); ++level)
     for (int r = kRings; r >= 0; --r) {
@@ -59,10 +76,7 @@ bool StockBefore::in_stock(Point<Part> reference, Vec3 axis, double height, IsSt
       const double beyond = std::max(0.0, d - cutter().flat);
       const double low = -std::sqrt(std::max(0.0, cutter().corner * cutter().corner - beyond * beyond));
       const double h = low + height * level / 2.0;
-      for (int k = 0; k < (r == 0 ? 1 : kRound); ++k) {
-        const double turn = 2.0 * kPi * k / kRound;
-        if (is_stock(ring + axis * h + u * (d * std::cos(turn)) + v * (d * std::sin(turn)))) return true;
-      }
+      if (round.any(ring + axis * h, d, r == 0 ? 1 : kRound, is_stock)) return true;
     }
   return false;
 }
@@ -71,15 +85,10 @@ bool StockBefore::in_stock(Point<Part> reference, Vec3 axis, double height, IsSt
 /// taken as low on each ring as it is on the next one inwards, so that an edge between them is seen.
 template <class IsStock>
 bool StockBefore::over_edges(Point<Part> reference, Vec3 axis, IsStock is_stock) const {
-  const Vec3 any = std::abs(axis.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
-  const Vec3 u = normalized(cross(axis, any)), v = cross(axis, u);
+  const Round round(axis);
   const Point<Part> ring = reference + axis * cutter().above_reference;
   const auto stands = [&](double d, double h) {
-    for (int k = 0; k < kRoundEdges; ++k) {
-      const double turn = 2.0 * kPi * k / kRoundEdges;
-      if (is_stock(ring + axis * h + u * (d * std::cos(turn)) + v * (d * std::sin(turn)))) return true;
-    }
-    return false;
+    return round.any(ring + axis * h, d, kRoundEdges, is_stock);
   };
   for (int r = kRingsOfEdges; r > 0; --r) {
     const double angle = 0.5 * kPi * r / kRingsOfEdges, inner = 0.5 * kPi * (r - 1) / kRingsOfEdges;
@@ -93,18 +102,14 @@ bool StockBefore::over_edges(Point<Part> reference, Vec3 axis, IsStock is_stock)
 
 /// Is anything of the tool in stock, but for its lower side?
 bool StockBefore::sides_in_stock(Point<Part> reference, Vec3 axis, Hints& hints) const {
-  const Vec3 any = std::abs(axis.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
-  const Vec3 u = normalized(cross(axis, any)), v = cross(axis, u);
+  const Round round(axis);
+  const auto exactly = [&](Point<Part> p) { return is_stock(p, hints); };
   return std::any_of(pieces_.begin(), pieces_.end(), [&](const ToolPiece& piece) {
     const double levels = std::max(1.0, std::ceil(std::max(0.0, piece.length) / (kApart * piece.outer)));
     for (double level = 0.0; level <= levels; ++level) {
       const Point<Part> middle =
           reference + axis * (piece.above_reference + std::max(0.0, piece.length) * level / levels);
-      if (is_stock(middle, hints)) return true;
-      for (int k = 0; k < kRound; ++k) {
-        const double turn = 2.0 * kPi * k / kRound;
-        if (is_stock(middle + (u * std::cos(turn) + v * std::sin(turn)) * piece.outer, hints)) return true;
-      }
+      if (exactly(middle) || round.any(middle, piece.outer, kRound, exactly)) return true;
     }
     return false;
   });
