@@ -246,6 +246,8 @@ Result<Passes> trace_rough(const ClField& field, const PlanOptions& options, con
   if (!found) return tl::unexpected(found.error());
   warnings.insert(warnings.end(), found->warnings.begin(), found->warnings.end());
   std::vector<double> floors = std::move(found->floors);
+  // Over the containment the blank still stands.
+  if (blank) floors.front() = blank->top + reference_height(options.cutter);
   Passes passes = from_contours(std::move(*found), field, options, envelope, 0.0, steps);
   passes.floors = std::move(floors);
   return passes;

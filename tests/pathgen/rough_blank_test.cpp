@@ -151,6 +151,16 @@ TEST(RoughBlank, TheFirstOperationComesDownToItWhateverItsPattern) {
   comes_down_to_stock(part, o, one);
 }
 
+TEST(RoughBlank, ItComesDownToAllOfItWhereAContainmentBeginsLower) {
+  const Case one = cases().front();
+  CheckedMesh part;
+  part.mesh = BlankSolid::box(one.part).mesh(), part.bounds = one.part;
+  PlanOptions o = roughing(one.mode);
+  o.containment.height = {-4.0, 14.0};
+  o.blank = std::make_shared<const BlankSolid>(one.blank), o.from_blank = true;
+  comes_down_to_stock(part, o, one);
+}
+
 Result<CheckedMesh> checked_part(const Case& of) {
   Stl stl;
   const Mesh block = BlankSolid::box(of.part).mesh();
