@@ -46,6 +46,8 @@ struct Pattern {
   StepMeasure measure = StepMeasure::kFlat;
   double side_step = 0.0;  ///< mm
   double scallop = 0.0;    ///< mm; with StepMeasure::kScallop; with kRidge where above 0
+  double optimise_scallop =
+      0.0;                 ///< mm; of rows that are laid anew for the shortest time; 0: as the job's own
   double step_down = 0.0;  ///< mm of z'; z-level, split, rough
   bool climb = true;       ///< z-level, contour, spiral: material right of the feed
   Angle split_slope = Angle::from_degrees(45.0);  ///< of the surface against the plane across the axis

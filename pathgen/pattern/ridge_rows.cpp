@@ -1,13 +1,16 @@
 #include "pathgen/pattern/ridge_rows.h"
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include "pathgen/envelope/pass_trim.h"
 #include "pathgen/options/side_step.h"
@@ -18,8 +21,10 @@ namespace tiltfeed::pathgen {
 namespace {
 
 constexpr double kNowhereNear = std::numeric_limits<double>::infinity();
-constexpr double kNoSegment = -1.0;         ///< where the next node begins a pass
-constexpr double kSurely = 1.0 - 1e-12;     ///< far more than rounding errors
+constexpr double kNoSegment = -1.0;      ///< where the next node begins a pass
+constexpr double kSurely = 1.0 - 1e-12;  ///< far more than rounding errors
+/// A way leans over one surface less than this share of how it leans over the other.
+constexpr double kFarMoreAlong = 0.5;
 constexpr std::int32_t kRowsLookedAt = 40;  ///< rows on each side that are looked at
 
 struct Node {
@@ -190,6 +195,23 @@ class Ridges {
     std::array<double, 2 * kRowsLookedAt + 1> known_;
   };
 
+  /// Where the ball touches between two nodes.
+  struct Touched {
+    Point<Part> from, to;
+    float facing = 0.0f;
+  };
+  /// It rolls on along the surface at one node until it meets that at the other, if the way is far more along
+  /// that one. Else its contact goes from the one to the other.
+  Touched touched(const Node& a, const Node& b) const {
+    const Vec3 way = b.centre - a.centre;
+    const auto lean = [&](const Node& node) { return std::abs(dot(way, node.centre - node.contact)); };
+    const Node &rolls = lean(a) <= lean(b) ? a : b, &meets = lean(a) <= lean(b) ? b : a;
+    if (lean(rolls) >= kFarMoreAlong * lean(meets))
+      return {a.contact, b.contact, std::min(a.facing, b.facing)};
+    const Vec3 off = rolls.contact - rolls.centre;
+    return {a.centre + off, b.centre + off, rolls.facing};
+  }
+
   /// Calls visit(place, bin, facing) at most a bin apart along a row.
   template <class Visit>
   void each_place(std::int32_t row, const Visit& visit) const {
@@ -201,11 +223,11 @@ class Ridges {
         continue;
       }
       const Node &a = nodes[i - 1], &b = nodes[i];
-      const double way = distance(a.contact, b.contact);
+      const Touched on = touched(a, b);
+      const double way = distance(on.from, on.to);
       for (; due < way; due += bin_) {
         const double f = due / way;
-        visit(lerp(a.contact, b.contact, f), bin_of(a.run + (b.run - a.run) * f),
-              static_cast<double>(std::min(a.facing, b.facing)));
+        visit(lerp(on.from, on.to, f), bin_of(a.run + (b.run - a.run) * f), static_cast<double>(on.facing));
       }
       due -= way;
     }
@@ -230,20 +252,45 @@ class Ridges {
     return stated;
   }
 
-  /// What the job says, or the largest ridge between the raster's own rows; no more than asked_most().
+  /// A place of a row, and how much of the surface it stands for.
+  struct Sample {
+    float aside = 0.0f;  ///< of the raster's own rows
+    float width = 0.0f;  ///< of the surface to the next row, mm
+  };
+
+  /// What the job says, or what the raster's own rows leave on kRidgeShare of the surface; no more than
+  /// asked_most().
   double allowed(Watch& watch) const {
     if (options_.pattern.scallop > 0.0) return std::min(asked_most(), options_.pattern.scallop);
-    std::vector<double> found(rows_.size(), 0.0);
+    std::vector<std::vector<Sample>> by_row(rows_.size());
     each_row(watch, [&](std::size_t k) {
       each_place(static_cast<std::int32_t>(k), [&](Point<Part> place, std::int32_t bin, double facing) {
         if (facing < kSteepestAcross) return;
         const auto row = static_cast<std::int32_t>(k);
         Asides asides(*this, place, bin, row);
-        const double here = aside_of_stated(asides, row).least();
-        if (here < kNowhereNear) found[k] = std::max(found[k], here);
+        const double aside = aside_of_stated(asides, row).least();
+        if (aside < kNowhereNear)
+          by_row[k].push_back({static_cast<float>(aside), static_cast<float>(width(asides, row, facing))});
       });
     });
-    return std::min(asked_most(), left(*std::max_element(found.begin(), found.end())));
+    std::vector<Sample> all;
+    for (const auto& row : by_row) all.insert(all.end(), row.begin(), row.end());
+    if (all.empty()) return 0.0;
+    tbb::parallel_sort(all.begin(), all.end(), [](Sample a, Sample b) {
+      return std::pair(a.aside, a.width) < std::pair(b.aside, b.width);
+    });
+    const auto add = [](double sum, Sample s) { return sum + static_cast<double>(s.width); };
+    double over = (1.0 - kRidgeShare) * std::accumulate(all.begin(), all.end(), 0.0, add);
+    std::size_t last = all.size() - 1;
+    while (last > 0 && (over -= static_cast<double>(all[last].width)) > 0.0) --last;
+    return std::min(asked_most(), left(static_cast<double>(all[last].aside)));
+  }
+  /// Of the surface from a place of a row to the next row; no more than on a plane that leans so far over.
+  double width(Asides& asides, std::int32_t row, double facing) const {
+    const bool is_last = row + 1 == static_cast<std::int32_t>(rows_.size());
+    const double to_next = is_last ? kNowhereNear : asides.of(row + 1),
+                 to_last = row == 0 ? kNowhereNear : asides.of(row - 1);
+    return std::min({to_next, to_last, layout_.step / kRowsPerStep / facing});
   }
   double asked_most() const {
     const double radius = options_.cutter.radius(), half = std::min(options_.pattern.side_step / 2.0, radius);
