@@ -74,6 +74,7 @@ void describe_pattern(Description& out, const pathgen::Pattern& pattern, pathgen
   if (uses("direction")) out.add("pattern.direction", word(kDirectionWords, pattern.direction));
   if (uses("measure")) out.add("pattern.measure", word(kMeasureWords, pattern.measure));
   if (uses("scallop_mm") && scallop) out.add("pattern.scallop_mm", pattern.scallop);
+  if (pattern.optimise_scallop > 0.0) out.add("pattern.optimise_scallop_mm", pattern.optimise_scallop);
   if (uses("side_step_mm") && pattern.side_step > 0.0) out.add("pattern.side_step_mm", pattern.side_step);
   if (uses("side_step_mm") && pattern.side_step <= 0.0) out.add("pattern.side_step_mm", "no limit");
   if (uses("step_down_mm")) out.add("pattern.step_down_mm", pattern.step_down);

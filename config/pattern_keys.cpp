@@ -31,6 +31,7 @@ const std::vector<KindKey>& kind_keys() {
       {"measure", {kRaster, kSplit, kContour, kSpiral, kRough}},
       {"side_step_mm", {kRaster, kSplit, kContour, kSpiral, kRough}},
       {"scallop_mm", {kRaster, kSplit, kContour, kSpiral}},
+      {"optimise_scallop_mm", {kRaster}},
       {"step_down_mm", {kZLevel, kSplit, kRough}},
       {"milling", {kZLevel, kSplit, kContour, kSpiral}},
       {"split_slope_deg", {kSplit}},
@@ -54,11 +55,18 @@ void refuse_unused(const Section& pattern, pathgen::PatternKind kind) {
 }
 
 /// The scallop may not be as high as the cutter's rounding.
-void check_scallop(const Section& section, const pathgen::Cutter& cutter, double scallop) {
+void check_scallop(const Section& section, const char* key, const pathgen::Cutter& cutter, double scallop) {
   const double radius = smallest_radius(cutter);
   if (scallop >= radius)
-    section.complain("scallop_mm", exact_text(scallop) + " mm is not below the cutter's smallest radius, " +
-                                       exact_text(radius) + " mm");
+    section.complain(key, exact_text(scallop) + " mm is not below the cutter's smallest radius, " +
+                              exact_text(radius) + " mm");
+}
+
+/// 0 where it is left out.
+double optional_scallop(const Section& section, const char* key, const pathgen::Cutter& cutter) {
+  const double scallop = section.optional_number(key, kScallop).value_or(0.0);
+  check_scallop(section, key, cutter, scallop);
+  return scallop;
 }
 
 /// Rows by the ridges of those side_step_mm apart.
@@ -66,15 +74,17 @@ void read_ridge(const Section& section, const pathgen::Cutter& cutter, pathgen::
   if (pattern.kind != pathgen::PatternKind::kRaster)
     section.complain("measure", "ridge is for the kind raster; expected flat, surface or scallop");
   pattern.side_step = section.number("side_step_mm", kStep);
-  const auto most = section.optional_number("scallop_mm", kScallop);
-  if (!most) return;
-  pattern.scallop = *most;
-  check_scallop(section, cutter, pattern.scallop);
+  pattern.scallop = optional_scallop(section, "scallop_mm", cutter);
 }
 
 /// How far passes are apart.
 void read_step(const Section& section, const pathgen::Cutter& cutter, pathgen::Pattern& pattern) {
   pattern.measure = section.choice<pathgen::StepMeasure>("measure", kMeasureWords, pattern.measure);
+  if (pattern.measure == pathgen::StepMeasure::kFlat)
+    pattern.optimise_scallop = optional_scallop(section, "optimise_scallop_mm", cutter);
+  else
+    section.unused("optimise_scallop_mm",
+                   "with measure " + std::string(word(kMeasureWords, pattern.measure)) + ", only with flat");
   if (pattern.measure == pathgen::StepMeasure::kRidge) return read_ridge(section, cutter, pattern);
   if (pattern.measure != pathgen::StepMeasure::kScallop) {
     pattern.side_step = section.number("side_step_mm", kStep);
@@ -87,7 +97,7 @@ void read_step(const Section& section, const pathgen::Cutter& cutter, pathgen::P
     return;
   }
   pattern.scallop = section.number("scallop_mm", kScallop);
-  check_scallop(section, cutter, pattern.scallop);
+  check_scallop(section, "scallop_mm", cutter, pattern.scallop);
   if (const auto most = section.optional_number("side_step_mm", kStep)) pattern.side_step = *most;
 }
 
@@ -102,7 +112,7 @@ bool uses_key(pathgen::PatternKind kind, const std::string& key) {
 pathgen::Pattern read_pattern(const Section& root, const pathgen::PlanOptions& plan) {
   const Section section = root.section(
       "pattern", {"kind", "along", "angle_deg", "direction", "measure", "side_step_mm", "scallop_mm",
-                  "step_down_mm", "milling", "split_slope_deg", "crease_angle_deg"});
+                  "optimise_scallop_mm", "step_down_mm", "milling", "split_slope_deg", "crease_angle_deg"});
   pathgen::Pattern pattern;
   pattern.kind = section.choice<pathgen::PatternKind>("kind", kKindWords, pattern.kind);
   refuse_unused(section, pattern.kind);

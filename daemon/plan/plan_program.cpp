@@ -251,7 +251,8 @@ Result<void> Planning::shorten_operations() {
       if (one->job().calm.radians() == 0.0) shortened_.back().calm = found.plan->job().calm;
       const pathgen::AxisFrame &before = one->job().plan.axis, &now = found.plan->job().plan.axis;
       if (now.n != before.n || now.t != before.t) shortened_.back().frame = now;
-      shortened_.back().pattern = found.plan->job().plan.pattern;
+      pathgen::Pattern& pattern = shortened_.back().pattern.emplace(found.plan->job().plan.pattern);
+      if (pattern.measure == pathgen::StepMeasure::kRidge) pattern.scallop = found.plan->plan_report().ridge;
       one = std::move(found.plan);
     }
     if (leaves_to_others()) cuts_.push_back(one->as_earlier_cut());

@@ -16,9 +16,11 @@ using pathgen::StepMeasure;
 /// Rows by their ridges are about so many times as far apart. Their ends are joined where that is quicker, so
 /// far apart as the tool cuts in this time (s).
 constexpr double kWiderRows = 2.0, kJoinSeconds = 1.0;
-/// Of the largest ridge of the job's own rows this share is allowed at first. Where more is left it is
-/// lowered to one of the other shares, so often.
-constexpr double kFirstRidge = 0.97, kLittleLower = 0.93, kLowerRidge = 0.72;
+/// Of the scallop that a job states this share is allowed at first: the path stands off a little besides.
+constexpr double kFirstRidge = 0.97;
+/// Where more is left ridges are lowered to one of these shares, so often, if they saved this share of the
+/// time.
+constexpr double kLittleLower = 0.93, kLowerRidge = 0.72, kWorthLowering = 0.1;
 constexpr int kRidgesTried = 3;
 /// Directions that are tried, degrees; and these about the best of them.
 constexpr double kAcross = 90.0, kSlanted[] = {45.0, -45.0}, kHalfTurns[] = {22.5, -22.5};
@@ -30,6 +32,8 @@ constexpr double kCoarseRows = 32.0, kFewestRows = 8.0;
 /// Few rows that take so many times as long as the job's own may still be quicker as a whole.
 constexpr double kPromising = 1.1;
 constexpr std::size_t kWholePlans = 3;
+/// Of walls so many times as much may be left: which row comes nearest to one is chance.
+constexpr double kSameWalls = 1.01;
 /// Rows by ridges leave less of walls than even ones, if these leave no more than so many times as much.
 constexpr double kLittleWalls = 1.1;
 /// The job's own rows are given ridges where the best even ones are not so many times as quick.
@@ -66,6 +70,11 @@ std::optional<Left> left_by(const OperationPlan& plan) {
   if (report.uncut) return of(report.uncut->between, report.uncut->area);
   if (report.between) return of(*report.between, 0.0);
   return std::nullopt;
+}
+
+/// That passes may leave between them: as much as the job's own, or the scallop that it states.
+double most_left(const config::Job& job, const std::optional<Left>& left) {
+  return left ? std::max(left->most, std::min(job.plan.pattern.optimise_scallop, left->limit)) : 0.0;
 }
 
 bool within(double value, double limit) { return value <= limit * (1.0 + kSameRest) + 1e-9; }
@@ -115,6 +124,7 @@ class Search {
       : own_(own),
         plan_(plan),
         left_(left_by(own)),
+        most_left_(most_left(own.job(), left_)),
         stated_{own.job().plan.axis, own.job().plan.pattern, own.job().plan.links.rounds, own.job().calm},
         best_rows_(stated_),
         fewer_(fewer(own.plan_report())),
@@ -147,6 +157,7 @@ class Search {
     bool no_area = false;       ///< only at the worst place more is left
     bool little_walls = false;  ///< only of walls more is left, and not much
     double more = 1.0;          ///< so many times as much is left at the worst place
+    double saves = 0.0;         ///< share of the time
   };
 
   /// Takes the plan of this variant where it is quicker and leaves no more. Something where it is quicker and
@@ -156,12 +167,12 @@ class Search {
     if (!plan || plan->timing().seconds >= seconds_) return std::nullopt;
     const std::optional<Left> left = left_by(*plan);
     if (!left) return std::nullopt;
-    const bool most = within(left->most, left_->most), walls = within(left->walls, left_->walls),
+    const bool most = within(left->most, most_left_), walls = within(left->walls, kSameWalls * left_->walls),
                others = within(left->over, left_->over) && within(left->uncut, left_->uncut);
     if (!most || !walls || !others)
       return Refused{plan->plan_report().ridge, walls && others,
                      most && others && within(left->walls, kLittleWalls * left_->walls),
-                     left->most / left_->most};
+                     left->most / most_left_, 1.0 - plan->timing().seconds / seconds_};
     seconds_ = plan->timing().seconds, best_ = std::move(plan), best_rows_ = variant;
     return std::nullopt;
   }
@@ -219,27 +230,32 @@ class Search {
     if (const auto variant = round_the_table()) try_one(*variant);
   }
 
-  /// In the best direction, and in the job's own where that may be quicker still: rows as far apart as its
-  /// largest ridge allows. That was found at some places; others may keep a little more.
+  /// In the best direction, and in the job's own where that may be quicker still: rows as far apart as ridges
+  /// allow that are no higher than the job says, or than those of its own rows on most of the surface.
   void try_ridges() {
     const double even = seconds_;
     const bool others = best_ != nullptr || nearly_;
-    ridges(best_ == nullptr && nearly_ ? *nearly_ : best_rows_);
+    RowsTried own = stated_;
+    own.pattern.measure = StepMeasure::kRidge,
+    own.pattern.scallop = kFirstRidge * own.pattern.optimise_scallop;
+    if (others && own.pattern.scallop == 0.0) {
+      const std::unique_ptr<OperationPlan> plan = planned(job_with(own_.job(), own), false);
+      if (!plan) return;
+      own.pattern.scallop = plan->plan_report().ridge;
+    }
+    RowsTried best = best_ == nullptr && nearly_ ? *nearly_ : best_rows_;
+    best.pattern.measure = StepMeasure::kRidge, best.pattern.scallop = own.pattern.scallop;
+    ridges(best);
     const bool taken = seconds_ < even;
-    if (others && (!taken || own_.timing().seconds < kNearlyAsQuick * even)) ridges(stated_);
+    if (others && (!taken || own_.timing().seconds < kNearlyAsQuick * even)) ridges(own);
   }
 
   void ridges(RowsTried variant) {
-    const double first = kFirstRidge * std::min(left_->most, left_->limit);
-    double& scallop = variant.pattern.scallop;
-    variant.pattern.measure = StepMeasure::kRidge, scallop = first;
     for (int k = 0; k < kRidgesTried; ++k) {
       const std::optional<Refused> more = attempt(variant);
-      if (!more) return;
-      // The pattern may allow less than it is asked.
-      const double allowed = std::min(scallop, more->ridge);
+      if (!more || more->saves < kWorthLowering) return;
       // A single place may leave more by where rows happen to lie; a little less moves them.
-      scallop = allowed * (more->no_area && k == 0 ? kLittleLower : kLowerRidge);
+      variant.pattern.scallop = more->ridge * (more->no_area && k == 0 ? kLittleLower : kLowerRidge);
     }
   }
 
@@ -255,8 +271,7 @@ class Search {
     if (variant.rounds < 2 || rows * speed / table.acceleration < kWorthGoingOn * seconds_) return;
     const std::optional<Refused> refused = attempt(variant);
     if (!refused || refused->more > kLittleMore || variant.pattern.measure != StepMeasure::kRidge) return;
-    variant.pattern.scallop =
-        kSurelyLower * std::min(variant.pattern.scallop, refused->ridge) / std::max(1.0, refused->more);
+    variant.pattern.scallop = kSurelyLower * refused->ridge / std::max(1.0, refused->more);
     attempt(variant);
   }
 
@@ -308,6 +323,7 @@ class Search {
   const OperationPlan& own_;
   const PlanOnce& plan_;
   const std::optional<Left> left_;
+  const double most_left_;  ///< between passes, mm
   const RowsTried stated_;
   RowsTried best_rows_;
   const double fewer_;  ///< so many times as far apart rows are at first

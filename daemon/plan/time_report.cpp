@@ -5,6 +5,7 @@
 #include "daemon/plan/formatted.h"
 #include "kinematics/timing/lower_bounds.h"
 #include "kinematics/timing/time_by_motion.h"
+#include "pathgen/pattern/ridge_rows.h"
 
 namespace tiltfeed::daemon {
 
@@ -33,6 +34,11 @@ std::string shortened_text(const std::vector<const OperationPlan*>& operations,
                         t.z, n.x, n.y, n.z);
     }
     text += "\n";
+    if (one.pattern->measure == pathgen::StepMeasure::kRidge && one.pattern->optimise_scallop == 0.0)
+      text += formatted(
+          "its ridges are no higher than the job's own on %.1f %% of the surface; "
+          "pattern.optimise_scallop_mm allows others\n",
+          100.0 * pathgen::kRidgeShare);
   }
   return text;
 }

@@ -1,9 +1,10 @@
 #!/usr/bin/python3
-"""What `plan --optimise time` gives, part by part: a table for tests/bench/README.md.
+"""What `plan --optimise time` gives, part by part: tables for tests/bench/README.md.
 
 less_motion.py BIN_FOLDER WORK_FOLDER MODELS_FOLDER [--lean DEGREES] [PART...]
 
-Jobs of config/jobs and tests/jobs as they are, on their machine. With --lean they let the tool axis lean by so much, too.
+Jobs of config/jobs and tests/jobs on their machine: as they are, with --optimise time, and with the highest ridge that the first
+leaves stated as pattern.optimise_scallop_mm. With --lean they let the tool axis lean by so much, too.
 """
 
 import json
@@ -29,15 +30,23 @@ def run(binaries, *words):
     return json.loads(done.stdout)
 
 
-def leaning(job, degrees, work):
-    """The job with leave to lean, in the work folder."""
+def with_key(job, section, key, value, work, name):
+    """The job with one key more, in the work folder."""
     with open(job, encoding="utf-8") as file:
         text = file.read()
-    text = re.sub(r"^axis:\n", f"axis:\n  lean_limit_deg: {degrees}\n", text, flags=re.MULTILINE)
-    text = re.sub(r"^machine: *", f"machine: {os.path.dirname(job)}/", text, flags=re.MULTILINE)
-    with open(f"{work}/{os.path.basename(job)}", "w", encoding="utf-8") as file:
+    text = re.sub(f"^{section}:\n", f"{section}:\n  {key}: {value}\n", text, flags=re.MULTILINE)
+    text = re.sub(r"^machine: *(?!/)", f"machine: {os.path.dirname(job)}/", text, flags=re.MULTILINE)
+    with open(f"{work}/{name}.yaml", "w", encoding="utf-8") as file:
         file.write(text)
-    return f"{work}/{os.path.basename(job)}"
+    return f"{work}/{name}.yaml"
+
+
+def keys_of(told):
+    how = told["shortest_time"][0]
+    keys = [f"{key} {how[key]:.4g}" for key in ("angle_deg", "scallop_mm", "rounds", "calm_deg") if how.get(key) is not None]
+    if "n" in how:
+        keys.insert(0, "n [" + ", ".join(f"{value:.4g}" for value in how["n"]) + "]")
+    return ", ".join(keys)
 
 
 def main():
@@ -47,9 +56,9 @@ def main():
         lean, more = more[1], more[2:]
     wanted = more or FORMULA + PUBLIC
     os.makedirs(work, exist_ok=True)
-    saved, motions = [], []
-    print("| part | min | of that, path at feed | min after | less | keys | ridge | left 50 %, 95 % | verify | planning |")
-    print("|---|---|---|---|---|---|---|---|---|---|")
+    saved, motions = ([], []), []
+    print("| part | min | of that, path at feed | less | keys | less, highest ridge stated | keys | ridge | left 50 %, 95 % | verify | planning |")
+    print("|---|---|---|---|---|---|---|---|---|---|---|")
     for name in wanted:
         stl = f"{models}/{name}.stl"
         job = f"{ROOT}/tests/jobs/{name}.yaml"
@@ -58,30 +67,31 @@ def main():
             if not os.path.exists(stl):
                 subprocess.run([f"{binaries}/tiltfeed-sim", "part", name, "--out", stl], check=True, capture_output=True)
         if lean:
-            job = leaning(job, lean, work)
+            job = with_key(job, "axis", "lean_limit_deg", lean, work, name)
         told, judged = [], []
-        for more in ((), ("--optimise", "time")):
-            out = f"{work}/{name}{len(more)}.nc"
-            told.append(run(binaries, "plan", job, "--stl", stl, "--out", out, "--report", f"{out}.json", *more))
-            judged.append(run(binaries, "verify", job, out, "--stl", stl))
-        before, after = (one["machining_seconds"] for one in judged)
-        saved.append(1 - after / before)
+        for variant in ("own", "time", "stated"):
+            out, of = f"{work}/{name}_{variant}.nc", job
+            if variant == "stated":
+                of = with_key(job, "pattern", "optimise_scallop_mm", told[0]["uncut"]["between_passes"]["most_mm"], work, f"{name}_stated")
+            told.append(run(binaries, "plan", of, "--stl", stl, "--out", out, "--report", f"{out}.json",
+                            *(() if variant == "own" else ("--optimise", "time"))))
+            judged.append(run(binaries, "verify", of, out, "--stl", stl))
+        minutes = [one["machining_seconds"] / 60 for one in judged]
+        for of, after in zip(saved, minutes[1:]):
+            of.append(1 - after / minutes[0])
         motions.append((name, *(one["time_by_motion"] for one in told)))
-        how = told[1]["shortest_time"][0]
-        keys = [f"{key} {how[key]:.4g}" for key in ("angle_deg", "scallop_mm", "rounds", "calm_deg") if how.get(key) is not None]
-        if "n" in how:
-            keys.insert(0, "n [" + ", ".join(f"{value:.4g}" for value in how["n"]) + "]")
         processor = [one["cpu_seconds"] for one in told]
         ridge = [f"{one['uncut']['between_passes']['most_mm']:.4f}" for one in told]
         left = [f"{one['left_on_part']['percentile_50_mm']:.4f}, {one['left_on_part']['percentile_95_mm']:.4f}" for one in judged]
-        bound = told[0]["lower_bounds"]["path_at_feed_seconds"]
-        print(f"| {name} | {before / 60:.1f} | {100 * bound / before:.0f} % | {after / 60:.1f} | {100 * saved[-1]:.0f} % | {', '.join(keys)} | "
-              f"{'; '.join(ridge)} | {'; '.join(left)} | {'; '.join(one['verdict'] for one in judged)} | {processor[1] / processor[0]:.1f} x |",
-              flush=True)
+        verdicts = [one["verdict"] for one in judged]
+        bound = told[0]["lower_bounds"]["path_at_feed_seconds"] / 60
+        print(f"| {name} | {minutes[0]:.1f} | {100 * bound / minutes[0]:.0f} % | {100 * saved[0][-1]:.0f} % | {keys_of(told[1])} | "
+              f"{100 * saved[1][-1]:.0f} % | {keys_of(told[2])} | {'; '.join(ridge)} | {'; '.join(left)} | {'; '.join(verdicts)} | "
+              f"{processor[1] / processor[0]:.1f} x, {processor[2] / processor[0]:.1f} x |", flush=True)
     print("\n| part | cuts at feed | slow axes | accelerations | plunges | rapids | swings |\n|---|---|---|---|---|---|---|")
-    for name, before, after in motions:
-        print(f"| {name} | " + " | ".join(f"{before[part] / 60:.2f}; {after[part] / 60:.2f}" for part in MOTIONS) + " |")
-    print(f"\nmedian {100 * statistics.median(saved):.0f} % less")
+    for name, *of in motions:
+        print(f"| {name} | " + " | ".join("; ".join(f"{one[part] / 60:.2f}" for one in of) for part in MOTIONS) + " |")
+    print("\nmedian " + ", ".join(f"{100 * statistics.median(of):.0f} %" for of in saved) + " less")
 
 
 if __name__ == "__main__":
