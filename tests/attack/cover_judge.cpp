@@ -13,6 +13,8 @@ namespace {
 
 /// Of a tool that stands in contact: its coordinates are rounded, mm.
 constexpr double kRounding = 1e-6;
+/// Ridges between rows that are as far apart as ridges allow on a plane are no higher on bent surfaces.
+constexpr double kBent = 1.2;
 /// Rounding of a flat coordinate, of the judge's own scale.
 constexpr double kGraze = 1e-7;
 /// Shank and holder keep their clearance to the side and downwards; aslant up to sqrt(2) times as much.
@@ -55,12 +57,13 @@ double reach_of(const PlanOptions& o) {
   return o.pattern.angle.radians() == 0.0 && o.containment.boundary.empty() ? 0.0 : kMore * kRows * step;
 }
 
-/// What rows by their ridges may leave where evenly spaced ones leave less, mm: four times the ridge of those
-/// on a plane and half the tolerance; 0 for other rows.
-double ridge_of(const PlanOptions& o) {
+/// What rows by their ridges may leave where evenly spaced ones leave less, mm: the ridge that the plan says
+/// it allows, a little more where the surface is bent, and half the tolerance. 0 for other rows.
+double ridge_of(const PlanOptions& o, double allowed) {
   if (o.pattern.measure != StepMeasure::kRidge) return 0.0;
   const double r = o.cutter.radius(), half = std::min(o.pattern.side_step / 2.0, r);
-  return std::min(r, 4.0 * (r - std::sqrt(r * r - half * half)) + o.tolerance / 2.0);
+  const double most = 4.0 * (r - std::sqrt(r * r - half * half));
+  return std::min(r, std::min(most, kBent * allowed) + o.tolerance / 2.0);
 }
 
 }  // namespace
@@ -71,7 +74,7 @@ bool CoverJudge::can_judge(const PlanOptions& o) {
          o.rest_more_than == 0.0 && o.radial_stock == 0.0 && o.axial_stock == 0.0;
 }
 
-CoverJudge::CoverJudge(const PlanOptions& options, const CheckedMesh& part, const ToolPath& planned,
+CoverJudge::CoverJudge(const PlanOptions& options, const CheckedMesh& part, const Plan& planned,
                        const ToolPath& executed, const sim::Growth& growth)
     : options_(options),
       checked_(part),
@@ -87,8 +90,8 @@ CoverJudge::CoverJudge(const PlanOptions& options, const CheckedMesh& part, cons
                        : options.cutter.radius() - nose_),
       laid_(options.axis, mean_rho()),
       reach_(reach_of(options)),
-      ridge_(ridge_of(options)),
-      places_(pass_places(planned)) {
+      ridge_(ridge_of(options, planned.report.ridge)),
+      places_(pass_places(planned.path)) {
   if (options.fixtures) fixtures_.emplace(options.fixtures->mesh);
 }
 

@@ -7,14 +7,15 @@
 //   contour and spiral 0.65 side steps; rows at an angle 0.5; measured on the part 1, as the first rows are
 //   two apart; z_level and split 2 of the larger of side step and step down, and z_level only where the
 //   heights to two opposite sides differ by more than the step down, so that a level lies between.
-// Rows by their ridges may leave what rows at an angle may, or four times the ridge of a plane and half the
-// tolerance. Of a rough no bound is known.
+// Rows by their ridges may leave what rows at an angle may, or the ridge that their plan says it allows, and
+// half the tolerance. Of a rough no bound is known.
 
 #include <optional>
 #include <vector>
 
 #include "pathgen/mesh/mesh.h"
 #include "pathgen/options/plan_options.h"
+#include "pathgen/plan/plan.h"
 #include "sim/solid/tool_solid.h"
 
 namespace tiltfeed::attack {
@@ -25,8 +26,9 @@ class CoverJudge {
   /// A bound is known.
   static bool can_judge(const PlanOptions& options);
 
-  /// All must outlive the judge. `planned`: where the passes lie; `executed`: what the machine makes of it.
-  CoverJudge(const PlanOptions& options, const CheckedMesh& part, const ToolPath& planned,
+  /// All must outlive the judge. `planned`: where the passes lie, and the ridge that it allows; `executed`:
+  /// what the machine makes of it.
+  CoverJudge(const PlanOptions& options, const CheckedMesh& part, const Plan& planned,
              const ToolPath& executed, const sim::Growth& growth);
 
   struct Found {

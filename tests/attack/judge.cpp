@@ -240,7 +240,7 @@ class Judge {
   void look_for_uncut() {
     if (!contact_ || is_told() || !CoverJudge::can_judge(options_) || path_.moves.size() >= kMostMoves)
       return;
-    const CoverJudge judge(options_, part_, planned_.path, path_, growth_);
+    const CoverJudge judge(options_, part_, planned_, path_, growth_);
     const CoverJudge::Found found = judge.look(kSurfacePoints);
     verdict_.surface_points = found.points, verdict_.left = std::max(0.0, found.excess);
     if (found.excess > options_.tolerance)

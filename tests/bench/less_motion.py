@@ -35,7 +35,7 @@ def with_key(job, section, key, value, work, name):
     with open(job, encoding="utf-8") as file:
         text = file.read()
     text = re.sub(f"^{section}:\n", f"{section}:\n  {key}: {value}\n", text, flags=re.MULTILINE)
-    text = re.sub(r"^machine: *(?!/)", f"machine: {os.path.dirname(job)}/", text, flags=re.MULTILINE)
+    text = re.sub(r"^machine: *(?=[^/ ])", f"machine: {os.path.dirname(job)}/", text, flags=re.MULTILINE)
     with open(f"{work}/{name}.yaml", "w", encoding="utf-8") as file:
         file.write(text)
     return f"{work}/{name}.yaml"
