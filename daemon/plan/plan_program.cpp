@@ -244,7 +244,9 @@ Result<void> Planning::shorten_operations() {
     };
     Shortened found = shorten(*one, once);
     if (!told_.show("shortest time", 1.0)) return fail(Code::kCancelled, "cancelled; nothing was written");
-    shortened_.push_back({one->timing().seconds, found.tried, {}, {}, 0.0, {}, 0});
+    shortened_.push_back({one->timing().seconds, found.tried, {}, {}, 0.0, {}, 0, false});
+    shortened_.back().own_ridges =
+        has_ridges(one->job().plan) && one->job().plan.pattern.optimise_scallop == 0.0;
     if (found.plan) {
       shortened_.back().join_distance = found.plan->job().plan.links.join_distance;
       if (one->job().plan.links.rounds == 0) shortened_.back().rounds = found.plan->job().plan.links.rounds;

@@ -86,15 +86,6 @@ bool has_direction(const config::Job& job) {
   return rows && job.plan.axis.mode != pathgen::AxisMode::kFree;
 }
 
-/// May rows go as far apart as ridges allow?
-bool has_ridges(const config::Job& job) {
-  const pathgen::PlanOptions& plan = job.plan;
-  return plan.pattern.kind == PatternKind::kRaster && plan.pattern.measure == StepMeasure::kFlat &&
-         plan.axis.mode != pathgen::AxisMode::kFree && plan.axis.mode != pathgen::AxisMode::kIndexed &&
-         plan.cutter.type == pathgen::CutterType::kBall && plan.smoothing == 0.0 &&
-         plan.radial_stock == 0.0 && plan.axial_stock == 0.0;
-}
-
 /// Rows laid another way; the tool axis at a place is the same.
 struct RowsTried {
   pathgen::AxisFrame axis;
@@ -138,7 +129,7 @@ class Search {
       else
         try_directions();
     }
-    if (has_ridges(own_.job())) try_ridges();
+    if (has_ridges(own_.job().plan)) try_ridges();
     if (stated_.rounds == 0) try_rounds();
     if (may_calm()) try_calm();
     return {std::move(best_), tried_};
@@ -334,6 +325,13 @@ class Search {
 };
 
 }  // namespace
+
+bool has_ridges(const pathgen::PlanOptions& plan) {
+  return plan.pattern.kind == PatternKind::kRaster && plan.pattern.measure == StepMeasure::kFlat &&
+         plan.axis.mode != pathgen::AxisMode::kFree && plan.axis.mode != pathgen::AxisMode::kIndexed &&
+         plan.cutter.type == pathgen::CutterType::kBall && plan.smoothing == 0.0 &&
+         plan.radial_stock == 0.0 && plan.axial_stock == 0.0;
+}
 
 std::optional<pathgen::AxisFrame> round_table(const pathgen::PlanOptions& plan) {
   const pathgen::Containment& region = plan.containment;

@@ -19,6 +19,9 @@ struct Shortened {
   std::size_t tried = 0;                ///< plans besides its own
 };
 
+/// Are its rows even ones that may be laid anew, as far apart as ridges allow?
+bool has_ridges(const pathgen::PlanOptions& plan);
+
 /// Where the axis goes through a point, its frame so turned about that that rows along x' go round the
 /// table's axis: the tilt stands, and the table turns. The tool axis is the same at every place. Nothing in
 /// another mode, where rows go round it already, and where the job bounds the frame's angles.

@@ -9,6 +9,19 @@
 
 namespace tiltfeed::daemon {
 
+namespace {
+
+/// How high ridges may be, where nobody has said so.
+std::string ridges_text(const ShortenedOperation& one) {
+  if (!one.own_ridges) return "";
+  return formatted(
+      "ridges are allowed that are no higher than the job's own on %.1f %% of the surface; "
+      "pattern.optimise_scallop_mm allows others\n",
+      100.0 * pathgen::kRidgeShare);
+}
+
+}  // namespace
+
 std::string shortened_text(const std::vector<const OperationPlan*>& operations,
                            const std::vector<ShortenedOperation>& shortened) {
   std::string text;
@@ -18,6 +31,7 @@ std::string shortened_text(const std::vector<const OperationPlan*>& operations,
     text += "shortest time" + (name.empty() ? name : ", " + name) + ": ";
     if (!one.pattern) {
       text += formatted("none of %zu other plans is quicker and leaves no more\n", one.tried);
+      text += ridges_text(one);
       continue;
     }
     text += formatted("%.1f min instead of %.1f, of %zu plans; pattern.angle_deg: %.6g",
@@ -33,12 +47,7 @@ std::string shortened_text(const std::vector<const OperationPlan*>& operations,
       text += formatted(", along: x; axis.t: [%.15g, %.15g, %.15g], axis.n: [%.15g, %.15g, %.15g]", t.x, t.y,
                         t.z, n.x, n.y, n.z);
     }
-    text += "\n";
-    if (one.pattern->measure == pathgen::StepMeasure::kRidge && one.pattern->optimise_scallop == 0.0)
-      text += formatted(
-          "its ridges are no higher than the job's own on %.1f %% of the surface; "
-          "pattern.optimise_scallop_mm allows others\n",
-          100.0 * pathgen::kRidgeShare);
+    text += "\n" + ridges_text(one);
   }
   return text;
 }

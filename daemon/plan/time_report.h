@@ -18,6 +18,7 @@ struct ShortenedOperation {
   double join_distance = 0.0;               ///< with measure ridge, mm
   Angle calm;                               ///< with it, where the axis leans for even turns
   std::uint32_t rounds = 0;                 ///< with it, where closed rows are joined without turning back
+  bool own_ridges = false;  ///< were rows tried by ridges, and no higher than most of the job's own?
 };
 
 /// By how much each operation was shortened, and by which keys; a line each. Empty where none was to be.
