@@ -4,11 +4,7 @@
 
 namespace tiltfeed::daemon {
 
-bool knows_others(const config::Job& job) {
-  const pathgen::AxisMode mode = job.plan.axis.mode;
-  const bool predefined = mode != pathgen::AxisMode::kFree && mode != pathgen::AxisMode::kIndexed;
-  return job.plan.rest_more_than > 0.0 || (predefined && job.blank);
-}
+bool knows_others(const config::Job& job) { return job.plan.rest_more_than > 0.0 || job.blank.has_value(); }
 
 Result<std::vector<config::Job>> operations_before(const std::string& path, const config::JobFiles& files,
                                                    const config::Job& wanted) {

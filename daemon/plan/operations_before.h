@@ -9,8 +9,8 @@
 
 namespace tiltfeed::daemon {
 
-/// Is the operation planned by what those before it leave? So it is where it asks for `rest`, and with a
-/// predefined axis where the job states the blank: then rapids keep off what stands.
+/// Is the operation planned by what those before it leave? So it is where it asks for `rest`, and where the
+/// job states the blank: then rapids keep off what stands.
 bool knows_others(const config::Job& job);
 
 /// Of the job at `path` those before `wanted`, if it is planned alone and knows_others(); else none. Their

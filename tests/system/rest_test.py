@@ -98,6 +98,21 @@ def groove(run):
     run.want(blocks[0] == blocks[1], "alone it is another program")
 
 
+def every_axis(run):
+    """With a free axis and in fixed directions an operation knows the rough, too: it plunges into what that left, not into the blank."""
+    for name, mode in (("free", "free, plane_normals: [[0, 1, 0]]"), ("indexed", "indexed, most_directions: 2")):
+        text = GROOVE.format(root=ROOT).replace("    containment: {x_mm: [-10, 10], y_mm: [-3, 3]}\n",
+                                                f"    axis: {{mode: {mode}}}\n    containment: {{x_mm: [-10, 10], y_mm: [-3, 3], z_mm: [0, 12]}}\n")
+        text = text.replace("{along: x, side_step_mm: 0.8}", "{side_step_mm: 0.8}")
+        planned, left = cut(run, name, text)
+        no_trouble(run, name, left)
+        rough = text[text.index("  - name: rough"):text.index("  - name: finish")]
+        run.write(f"{name}_first.yaml", text.replace(rough, ""))
+        first = json.loads(program(run, "plan", f"{name}_first.yaml", "--out", f"{name}_first.nc", "--no-proof", "--json"))
+        behind, before = (one["time_by_motion"]["plunges_seconds"] for one in (planned["operations"][1], first["operations"][0]))
+        run.want(behind < 0.7 * before, f"{name}: {behind} s of plunges behind a rough, {before} s into the blank")
+
+
 def main():
     run = Run(sys.argv[1], sys.argv[2])
     program(run, "part", "pin", "--out", f"{run.work}/pin.stl", tool="tiltfeed-sim")
@@ -135,6 +150,7 @@ def main():
     status, _, said = run.call("plan", "box.yaml", "--operation", "rough", "--out", "box.nc")
     run.want(status == 1 and re.search(r"box.nc:\d+: rapid in the stock: cutter \d+\.\d+ mm deep", said), f"status {status}: {said}")
     groove(run)
+    every_axis(run)
     # Alone an operation is the same: those before it are planned for what they leave.
     program(run, "plan", "with.yaml", "--operation", "rest", "--out", "alone.nc")
     moves = [line for line in run.text("alone.nc").splitlines() if re.match(r"(G0 |G1 )?[XYZAC]-?\d|G1 ", line)]
