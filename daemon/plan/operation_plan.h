@@ -24,6 +24,7 @@
 #include "pathgen/mesh/mesh_check.h"
 #include "pathgen/part_file/part_model.h"
 #include "pathgen/plan/plan.h"
+#include "pathgen/stock/stock_on_cuts.h"
 
 namespace tiltfeed::daemon {
 
@@ -111,6 +112,9 @@ class OperationPlan {
     before.all_cut = true;
     planned_.report.rest = before;
   }
+  /// What shank and holder meet of the stock; nothing: nobody knows that.
+  const std::optional<pathgen::StockOnCuts>& stock_on_cuts() const { return stock_on_cuts_; }
+  void found_stock(const pathgen::StockOnCuts& found) { stock_on_cuts_ = found; }
   void warn(const std::string& text) { planned_.report.warnings.push_back(text); }
   const SingularityBendReport& bend() const { return *bend_; }
   const CalmReport& calm() const { return *calm_; }
@@ -159,6 +163,7 @@ class OperationPlan {
   std::shared_ptr<const pathgen::CheckedMesh> part_;
   std::optional<pathgen::Mesh> held_;  ///< part and fixtures, where there are any
   pathgen::Plan planned_;
+  std::optional<pathgen::StockOnCuts> stock_on_cuts_;
   struct EndWays {
     bool before = false, behind = false;
     double length = 0.0;  ///< mm

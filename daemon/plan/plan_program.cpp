@@ -22,6 +22,7 @@
 #include "daemon/plan/plan_text.h"
 #include "daemon/plan/proof_process.h"
 #include "daemon/plan/shortest_time.h"
+#include "daemon/plan/stock_contacts.h"
 #include "daemon/post/block_map.h"
 #include "kinematics/basics/decimal.h"
 #include "kinematics/basics/tolerance_budget.h"
@@ -69,6 +70,7 @@ class Planning {
   Result<void> prove();
   Result<void> follow_engagement();
   Result<MeasuredEngagement> measure();
+  Result<void> find_contacts();
   Result<void> write_others();
   Result<void> add(const std::string& path, const std::function<void(std::ostream&)>& write);
   Result<void> report();
@@ -375,6 +377,9 @@ Result<void> Planning::follow_engagement() {
   return prove();
 }
 
+/// Of the program as it is: what shank and holder meet of the stock.
+Result<void> Planning::find_contacts() { return find_stock_contacts(before_, operations_, clock_, told_); }
+
 Result<void> Planning::add(const std::string& path, const std::function<void(std::ostream&)>& write) {
   if (path.empty()) return {};
   auto file = config::OutputFile::open(path);
@@ -440,7 +445,7 @@ Result<void> Planning::report() {
 Result<std::string> Planning::run() {
   for (const auto stage :
        {&Planning::load, &Planning::plan_paths, &Planning::shorten_operations, &Planning::program,
-        &Planning::follow_engagement, &Planning::write_others, &Planning::report})
+        &Planning::follow_engagement, &Planning::find_contacts, &Planning::write_others, &Planning::report})
     if (auto done = (this->*stage)(); !done) return tl::unexpected(done.error());
   return what_was_done_;
 }

@@ -98,6 +98,23 @@ nlohmann::ordered_json model_json(const pathgen::PartModel& model) {
           {"largest_deviation_mm", model.deviation}};
 }
 
+nlohmann::ordered_json contact_json(const pathgen::StockContact& found) {
+  if (found.places == 0) return nullptr;
+  return {{"depth_mm", found.depth},
+          {"places", found.places},
+          {"length_mm", found.length},
+          {"tip_mm", {found.at.tip.x, found.at.tip.y, found.at.tip.z}},
+          {"axis", {found.at.axis.x, found.at.axis.y, found.at.axis.z}}};
+}
+
+nlohmann::ordered_json stock_json(const std::optional<pathgen::StockOnCuts>& found) {
+  if (!found) return nullptr;
+  return {{"lines_apart_mm", found->apart},
+          {"not_told_mm", found->touch},
+          {"shank", contact_json(found->shank)},
+          {"holder", contact_json(found->holder)}};
+}
+
 }  // namespace
 
 double whole_tolerance(const config::Job& job) { return job.plan.tolerance + job.program.arc_tolerance; }
@@ -188,6 +205,7 @@ void add_findings(nlohmann::ordered_json& json, const OperationPlan& one) {
                     {"all_cut", plan.rest->all_cut}};
   if (plan.uncut) json["uncut"] = uncut_json(*plan.uncut);
   if (plan.between) json["between_passes"] = between_json(*plan.between);
+  json["stock_on_cuts"] = stock_json(one.stock_on_cuts());
   if (one.job().plan.fixtures) json["fixtures"] = fixtures_json(plan.fixtures);
   json["warnings"] = plan.warnings;
 }

@@ -5,6 +5,7 @@
 
 #include "daemon/plan/feed_report.h"
 #include "daemon/plan/formatted.h"
+#include "daemon/plan/stock_contacts.h"
 
 namespace tiltfeed::daemon {
 namespace {
@@ -109,6 +110,7 @@ std::string path_text(const OperationPlan& one) {
   if (between != nullptr && between->area == 0.0 && between->limit > 0.0)
     text += formatted("between passes at most %.4f mm are left; %.4f mm are asked, tolerance included\n",
                       between->most, between->limit);
+  text += stock_text(one);
   const SingularityBendReport& bend = one.bend();
   if (bend.stretches + bend.refused > 0)
     text += formatted(
