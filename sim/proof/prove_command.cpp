@@ -72,12 +72,16 @@ std::string stock_text(const RapidInStock& found, const std::string& words, cons
   const Trouble& t = found.worst;
   return text(
       "%s:%u: rapid in the stock: %s %.4f mm deep in what is left there, in the move \"%.72s\", block %llu, "
-      "tip at (%.3f, %.3f, %.3f); the program starts from %s%s; use a larger clearance_mm or approach_mm, or "
-      "a rough first that comes there",
+      "at (%.3f, %.3f, %.3f); the program starts from %s%s; use %s",
       name.c_str(), t.line, kToolPartNames[static_cast<int>(t.tool)], t.depth, words.c_str(),
       static_cast<unsigned long long>(t.block), t.place.x, t.place.y, t.place.z,
       to_string(found.stock).c_str(),
-      job.blank ? ", the job's blank" : ", as the job states no blank (section blank)");
+      job.blank ? ", the job's blank" : ", as the job states no blank (section blank)",
+      t.tool == ToolPart::kCutter ? "a larger clearance_mm or approach_mm, or a rough first that comes there"
+      : t.tool == ToolPart::kShank
+          ? "longer flutes (cutter.cutting_length_mm) or a narrower shank: beside its cuts it stands in stock"
+          : "a tool that sticks out further (cutter.shank_length_mm): beside its cuts the holder stands in "
+            "stock");
 }
 
 /// The facets that come within `near` of p.
