@@ -56,7 +56,17 @@ StockBefore::StockBefore(const CheckedMesh& part, const PlanOptions& options)
     : options_(options),
       box_(options.blank ? options.blank->bounds() : part.bounds),
       pieces_(tool_itself(options)) {
-  for (const auto& cut : options.earlier) cleared_.emplace_back(*cut);
+  std::vector<ToolMoves> others;
+  for (const auto& cut : options.earlier) {
+    const AxisMode mode = cut->options.axis.mode;
+    if (mode == AxisMode::kFree || mode == AxisMode::kIndexed)
+      others.push_back({&cut->options.cutter, &cut->moves, cut->options.tolerance});
+    else
+      cleared_.emplace_back(*cut);
+  }
+  if (others.empty()) return;
+  left_.emplace(BlankSolid::box(box_).mesh(), others);
+  for (const ToolMoves& one : others) left_->clear(one);
 }
 
 bool StockBefore::known() const {
@@ -127,7 +137,7 @@ bool StockBefore::is_stock(Point<Part> p, Hints& hints) const {
   hints.resize(cleared_.size(), nullptr);
   for (std::size_t i = 0; i < cleared_.size(); ++i)
     if (cleared_[i].holds(p, slack, hints[i])) return false;
-  return true;
+  return !left_ || left_->lines().stands_about(line_place(from_origin(p), left_->lines().along()));
 }
 
 /// Places of the box a share of the cutter's radius apart: what of them is stock.
@@ -170,8 +180,8 @@ double StockBefore::free_from(const Deformation& field, Point<Flat> place, doubl
   const auto exactly = [&](Point<Part> p) { return is_stock(p, hints); };
   return down_to(from, to, [&](double z) {
     const Point<Part> reference = line.base + line.axis * z;
-    return cleared_.empty() ? in_stock(reference, line.axis, 0.0, exactly)
-                            : over_edges(reference, line.axis, exactly);
+    return is_whole() ? in_stock(reference, line.axis, 0.0, exactly)
+                      : over_edges(reference, line.axis, exactly);
   });
 }
 
@@ -203,7 +213,7 @@ template <class Stands>
 double StockBefore::down_to(double from, double to, Stands stands_at) const {
   const double step = kDownStep * cutter().outer;
   // The blank is asked with a margin; what operations have left of it is not.
-  const double margin = cleared_.empty() ? 0.0 : 0.5 * options_.links.approach;
+  const double margin = is_whole() ? 0.0 : 0.5 * options_.links.approach;
   double free = from;
   for (double z = from - step; z > to; z -= step) {
     if (stands_at(z)) return std::min(from, free + margin);

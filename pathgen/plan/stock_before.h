@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "kinematics/basics/tool_path.h"
@@ -11,6 +12,7 @@
 #include "pathgen/mesh/mesh.h"
 #include "pathgen/options/plan_options.h"
 #include "pathgen/plan/cleared_space.h"
+#include "pathgen/stock/stock_on_cuts.h"
 
 namespace tiltfeed::pathgen {
 
@@ -41,6 +43,7 @@ class StockBefore {
   /// Of each operation before, what cleared a place nearby.
   using Hints = std::vector<const ClearedSpace::Way*>;
   const ToolPiece& cutter() const { return pieces_.front(); }
+  bool is_whole() const { return cleared_.empty() && !left_; }
   bool is_stock(Point<Part> place, Hints& hints) const;
   bool is_stock_about(Point<Part> place) const;
   template <class IsStock>
@@ -55,6 +58,8 @@ class StockBefore {
   Box box_;                        ///< of the stock
   std::vector<ToolPiece> pieces_;  ///< of this operation, as they are; the first cuts
   std::vector<ClearedSpace> cleared_;
+  /// What those operations before that have no field of axes (free, indexed) leave of the box; nothing: none.
+  std::optional<StockLeft> left_;
   std::vector<std::uint8_t> grid_;  ///< is that place of the box stock? x, y, then z
   std::array<std::size_t, 3> grid_size_{};
   double grid_step_ = 0.0;

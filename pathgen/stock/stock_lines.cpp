@@ -25,7 +25,7 @@ StockLines::StockLines(const Mesh& blank, int along, double apart) : along_(alon
     low = {std::min(low.u, p.u), std::min(low.v, p.v), std::min(low.t, p.t)};
     high = {std::max(high.u, p.u), std::max(high.v, p.v), std::max(high.t, p.t)};
   }
-  u_ = low.u, v_ = low.v;
+  u_ = low.u, v_ = low.v, lowest_ = low.t, highest_ = high.t;
   nu_ = lines_over(high.u - low.u, apart), nv_ = lines_over(high.v - low.v, apart);
   rows_.resize(static_cast<std::size_t>((nv_ + kTile - 1) / kTile));
   for (Row& row : rows_) {
@@ -198,6 +198,23 @@ bool StockLines::holds(LinePlace place) const {
   const Line& one = line(static_cast<std::size_t>(j / kTile), static_cast<int>(u), j % kTile);
   const auto in = [&](const LineSpan& piece) { return place.t >= piece.low && place.t <= piece.high; };
   return in(one.first) || std::any_of(one.above.begin(), one.above.end(), in);
+}
+
+bool StockLines::stands_about(LinePlace place) const {
+  const auto first = [&](double at, double from, int count) {
+    return static_cast<int>(std::clamp(std::floor((at - from) / apart_ - 0.5), -1.0, count - 1.0));
+  };
+  const int i = first(place.u, u_, nu_), j = first(place.v, v_, nv_);
+  const double t = std::clamp(place.t, lowest_, highest_), low = t - 0.5 * apart_, high = t + 0.5 * apart_;
+  const auto in = [&](const LineSpan& piece) {
+    return piece.low < piece.high && piece.high >= low && piece.low <= high;
+  };
+  for (int v = std::max(0, j); v <= std::min(nv_ - 1, j + 1); ++v)
+    for (int u = std::max(0, i); u <= std::min(nu_ - 1, i + 1); ++u) {
+      const Line& one = line(static_cast<std::size_t>(v / kTile), u, v % kTile);
+      if (in(one.first) || std::any_of(one.above.begin(), one.above.end(), in)) return true;
+    }
+  return false;
 }
 
 double StockLines::volume() const {

@@ -31,6 +31,10 @@ class StockLines {
   /// Is a place on a line (the nearest one) in material?
   bool holds(LinePlace place) const;
 
+  /// Is there material about a place, by the four lines round it, half of their distance up or down? A place
+  /// beyond the stock is taken for the nearest one at its border.
+  bool stands_about(LinePlace place) const;
+
   /// mm^3, by the lines.
   double volume() const;
 
@@ -68,7 +72,8 @@ class StockLines {
   }
 
   int along_;
-  double apart_, u_ = 0.0, v_ = 0.0;  ///< mm; of the first square's least corner
+  double apart_, u_ = 0.0, v_ = 0.0;     ///< mm; of the first square's least corner
+  double lowest_ = 0.0, highest_ = 0.0;  ///< of the mesh along the lines, mm
   int nu_ = 0, nv_ = 0;
   std::vector<Row> rows_;
 };

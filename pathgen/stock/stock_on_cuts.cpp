@@ -125,6 +125,23 @@ void StockLeft::take_met() {
   met_.clear();
 }
 
+void StockLeft::clear(const ToolMoves& operation) {
+  take_met();
+  const std::vector<RoundSolid> solids = round_solids(*operation.cutter);
+  std::vector<Poses::Sample> samples;
+  std::vector<PlacedSolid> placed;
+  Poses poses(operation, lines_.apart());
+  while (samples.clear(), poses.next(kBatch, samples)) {
+    placed.clear(), placed.reserve(samples.size() * solids.size());
+    for (const Poses::Sample& sample : samples)
+      for (const RoundSolid& solid : solids) placed.emplace_back(solid, sample.pose, lines_.along());
+    tbb::parallel_for(std::size_t{0}, lines_.rows(), [&](std::size_t row) {
+      for (const PlacedSolid& one : placed)
+        if (lines_.in_row(row, one)) lines_.cut(row, one);
+    });
+  }
+}
+
 std::optional<StockOnCuts> StockLeft::cut(const ToolMoves& operation, const ReportShare& report) {
   take_met();
   met_solids_ = round_solids(*operation.cutter);

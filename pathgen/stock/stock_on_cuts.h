@@ -46,6 +46,8 @@ class StockLeft {
   /// then what they went through is gone. 3 A contact is told where one of the lines meets it, deeper than
   /// StockOnCuts::touch. Nothing: it was cancelled.
   std::optional<StockOnCuts> cut(const ToolMoves& operation, const ReportShare& report);
+  /// The next of them cuts, and all of its tool takes what it meets on feed moves; nobody is told.
+  void clear(const ToolMoves& operation);
   const StockLines& lines() const { return lines_; }
 
  private:

@@ -221,6 +221,61 @@ TEST(RoughBlank, TheyComeDownToWhatARoughLeavesOfIt) {
   }
 }
 
+double plunged(const std::vector<Move>& moves) {
+  double all = 0.0;
+  for (std::size_t i = 1; i < moves.size(); ++i)
+    if (moves[i].kind == MoveKind::kPlunge) all += distance(moves[i - 1].pose.tip, moves[i].pose.tip);
+  return all;
+}
+
+/// One behind the other, by way of places far above both.
+std::vector<Move> both(const std::vector<Move>& first, const std::vector<Move>& then) {
+  std::vector<Move> all = first;
+  for (Pose pose : {first.back().pose, then.front().pose})
+    pose.tip = pose.tip + pose.axis * 100.0, all.push_back({pose, MoveKind::kRapid});
+  all.insert(all.end(), then.begin(), then.end());
+  return all;
+}
+
+/// What operations with a free axis or in fixed directions have cleared, those behind them know.
+TEST(RoughBlank, WhatAnyAxisHasClearedIsClear) {
+  const Case one = cases().front();
+  const auto part = checked_part(one);
+  ASSERT_TRUE(part);
+  for (const AxisMode mode : {AxisMode::kFree, AxisMode::kIndexed}) {
+    SCOPED_TRACE(static_cast<int>(mode));
+    PlanOptions first = wide_rows(mode, one);
+    first.from_blank = true;
+    const Result<Plan> before = plan(*part, first, {});
+    ASSERT_TRUE(before) << before.error().message;
+    const auto cut = std::make_shared<const EarlierCut>(EarlierCut{first, before->path.moves});
+    // Rows come down to what it left, and not through it.
+    for (const AxisMode behind : {AxisMode::kFixed, AxisMode::kIndexed}) {
+      PlanOptions rows = wide_rows(behind, one), blind = rows;
+      rows.earlier = {cut}, blind.from_blank = true;
+      const Result<Plan> planned = plan(*part, rows, {}), unknowing = plan(*part, blind, {});
+      ASSERT_TRUE(planned && unknowing);
+      EXPECT_LT(run(both(before->path.moves, planned->path.moves), one.blank, one.part, false).rapid, 0.05);
+      EXPECT_LT(plunged(planned->path.moves), 0.7 * plunged(unknowing->path.moves));
+    }
+    // A rough that asks for rest cuts what is left alone, and all of that.
+    PlanOptions rough = roughing(AxisMode::kFixed);
+    rough.blank = std::make_shared<const BlankSolid>(one.blank), rough.earlier = {cut};
+    rough.rest_more_than = 0.5;
+    PlanOptions whole = rough;
+    whole.rest_more_than = 0.0, whole.earlier.clear(), whole.from_blank = true;
+    const Result<Plan> rest = plan(*part, rough, {}), all = plan(*part, whole, {});
+    ASSERT_TRUE(rest && all);
+    EXPECT_LT(rest->report.cut_length, 0.8 * all->report.cut_length);
+    const RoughRun found = run(both(before->path.moves, rest->path.moves), one.blank, one.part, false);
+    EXPECT_LT(found.rapid, 0.05);
+    for (const Point<Part>& p : found.left) {
+      if (p.z < 2.5) continue;
+      EXPECT_LT(distance_to(one.part, p), kAllowance + kLayer + 0.4) << p.x << ' ' << p.y << ' ' << p.z;
+    }
+  }
+}
+
 /// About a point the blank is seen beyond the poles; rows end there. A floor lies across one, a wall beside
 /// it.
 TEST(RoughBlank, NoRowRunsOnOverAPole) {

@@ -122,6 +122,37 @@ TEST(StockLines, APieceThatIsGoneLeavesTheOthers) {
   EXPECT_NEAR(lines.volume(), 0.0, 40.0 * 6.0 * 1.5);
 }
 
+/// Material is told up to a line's distance early, and never too late.
+TEST(StockLines, WhatStandsAboutAPlaceIsTold) {
+  Cutter ball;
+  ball.diameter = 10.0, ball.cutting_length = ball.shank_length = 60.0;
+  const RoundSolid solid = round_solids(ball).front();
+  std::mt19937 random(4);
+  const auto draw = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  for (int along = 0; along < 3; ++along) {
+    StockLines lines(BlankSolid::box({{-20, -20, -20}, {20, 20, 20}}).mesh(), along, 0.5);
+    cut(lines, solid, {{1, 2, -3}, {0, 0, 1}});
+    std::size_t clear = 0;
+    for (int i = 0; i < 4000; ++i) {
+      const Point<Part> p{draw(-19, 19), draw(-19, 19), draw(-19, 19)};
+      const double off = distance_to_segment(p, {1, 2, 2}, {1, 2, 90}) - 5.0;
+      if (off > 0.0) {
+        EXPECT_TRUE(lines.stands_about(at(p, along)));
+      } else if (off < -0.5 * std::sqrt(3.0) - 0.3) {
+        EXPECT_FALSE(lines.stands_about(at(p, along)));
+        ++clear;
+      }
+    }
+    EXPECT_GT(clear, 50u);
+    // Beyond the stock the nearest place counts.
+    EXPECT_TRUE(lines.stands_about(at({-30, 10, 5}, along)) && lines.stands_about(at({10, 10, 25}, along)) &&
+                lines.stands_about(at({25, -25, -25}, along)));
+    EXPECT_FALSE(lines.stands_about(at({1, 2, 25}, along)));
+  }
+}
+
 TEST(StockLines, ASolidIsAsDeepInThemAsItComes) {
   Cutter tool;
   tool.diameter = 4.0, tool.cutting_length = 5.0, tool.shank_length = 12.0, tool.shank_diameter = 4.0,
