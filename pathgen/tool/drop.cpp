@@ -16,6 +16,9 @@ constexpr int kMaxSteps = 60;  ///< halving alone needs 40
 /// rounded.
 constexpr double kClearlyLower = 1e-6, kNotSteep = 1e-3;
 constexpr double kFar = std::numeric_limits<double>::infinity();
+/// As a share of the tool's radius: a root that is further than this from a border is on that side of it,
+/// whatever is rounded.
+constexpr double kClearly = 1e-9;
 
 /// Where a piece touches: at this distance from the axis and height over the ring centre.
 struct Place {
@@ -25,6 +28,15 @@ struct Place {
 /// (C5) `lateral`: from the axis to the contact; `height`: of the contact over the ring centre.
 Vec3 twist(const ToolPiece& piece, Vec3 normal, Vec3 axis, Vec3 lateral, double height) {
   return normal * (height + piece.above_reference) - lateral * dot(normal, axis);
+}
+
+/// The equation of tube_run() times d cos(tau), which has its sign, at u; and how fast that changes with u.
+double tube_excess(const ToolPiece& piece, double p, double k, double u, double& rate) {
+  const double e = piece.flat, r = piece.corner;
+  const double d = std::sqrt(p * p + u * u), s = std::clamp((d - e) / r, 0.0, 1.0);
+  const double c = std::sqrt((1.0 - s) * (1.0 + s)), turn = u / d;
+  rate = s + u * turn / r - k * (c > 0.0 ? c - s / c * d / r : 0.0) * turn;
+  return s * u - k * c * d;
 }
 
 /// (C2) How far along a line from its foot a rounded edge touches it that passes the axis at distance p and
@@ -37,19 +49,12 @@ double tube_run(const ToolPiece& piece, double p, double k, double last) {
   if (end <= p) return kFar;
   if (k < kLevel) return first;
   double low = first, high = std::sqrt(end * end - p * p);
-  // The equation times d cos(tau), which has its sign.
-  const auto excess = [&](double u, double& rate) {
-    const double d = std::sqrt(p * p + u * u), s = std::clamp((d - e) / r, 0.0, 1.0);
-    const double c = std::sqrt((1.0 - s) * (1.0 + s)), turn = u / d;
-    rate = s + u * turn / r - k * (c > 0.0 ? c - s / c * d / r : 0.0) * turn;
-    return s * u - k * c * d;
-  };
   double rate = 0.0;
-  if (excess(high, rate) < 0.0) return kFar;
+  if (tube_excess(piece, p, k, high, rate) < 0.0) return kFar;
   const double fine = kArcError * (e + r);
   double u = std::clamp(k * p, low, high);
   for (int i = 0; i < kMaxSteps && high - low > fine; ++i) {
-    const double over = excess(u, rate);
+    const double over = tube_excess(piece, p, k, u, rate);
     (over > 0.0 ? high : low) = u;
     const double next = rate > 0.0 ? u - over / rate : low;
     const double step = next > low && next < high ? next : 0.5 * (low + high);
@@ -57,6 +62,19 @@ double tube_run(const ToolPiece& piece, double p, double k, double last) {
     u = step;
   }
   return u;
+}
+
+/// Does a rounded edge touch that line beyond [low, high], whether with its arc or with what is above it?
+/// Told by at most two places of the arc; no where rounding might tell otherwise.
+bool touches_beyond(const ToolPiece& piece, double p, double k, double low, double high) {
+  const double e = piece.flat, r = piece.corner, end = e + r * piece.taper_cos;
+  if (r <= 0.0 || end <= p || k < kLevel) return false;
+  const double first = p < e ? std::sqrt(e * e - p * p) : 0.0, most = std::sqrt(end * end - p * p);
+  const double spare = kClearly * (e + r), before = low - spare, behind = high + spare;
+  double rate = 0.0;
+  if (behind < first - spare) return true;
+  if (behind > first && behind < most - spare && tube_excess(piece, p, k, behind, rate) < 0.0) return true;
+  return before > first + spare && before < most - spare && tube_excess(piece, p, k, before, rate) > 0.0;
 }
 
 }  // namespace
@@ -159,11 +177,15 @@ bool drop_on_edge(const ToolPiece& piece, const Point<Part>& p, const Point<Part
   const Vec3 nearest = side - flat * u_p;  // foot of the axis on the edge's ground line
   const double away = length(nearest);
   if (away >= piece.outer) return false;
-  double u = 0.0;
-  Place at;
-  double last = piece.has_cone() ? std::atan2(piece.taper_cos, piece.taper_sin) : kPi / 2.0;
   const double beyond = slack / std::sqrt(1.0 + climb * climb);  // over the ground
   const double low = std::min(u_p, u_q) - beyond, high = std::max(u_p, u_q) + beyond;
+  // No higher than the arc's lowest place on the highest of the edge that is near enough.
+  const double top =
+      height + climb * (std::min(high, piece.outer) - u_p) + piece.corner - piece.above_reference;
+  if (top < least - kClearlyLower || touches_beyond(piece, away, climb, low, high)) return false;
+  double u = 0.0;
+  Place at;
+  const double last = piece.has_cone() ? std::atan2(piece.taper_cos, piece.taper_sin) : kPi / 2.0;
   bool rim = false;
   if (climb < kLevel && away <= piece.flat) {  // it lies on the flat bottom
     const double half = std::sqrt(piece.flat * piece.flat - away * away);

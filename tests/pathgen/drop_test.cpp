@@ -83,5 +83,51 @@ TEST(DropFromSomeHeight, LeavesOutWhatIsLowerAndNothingElse) {
   }
 }
 
+/// The tool let down on an edge stops at the highest of its points, each let down on by itself: there is a
+/// drop where that is between the ends, and none where it is at one.
+TEST(DropOnAnEdge, IsThatOfItsHighestPoint) {
+  Random random;
+  constexpr int kPlaces = 64;
+  for (const ToolPiece& piece : pieces()) {
+    std::size_t between = 0, at_end = 0;
+    for (int i = 0; i < 4000; ++i) {
+      const Point<Part> p = random.point(2.0), q = p + random.direction() * std::pow(10.0, random.in(-1, 1));
+      const AxisLine line{random.point(1.0), random.direction()};
+      const auto height = [&](double share) {
+        ClHit hit;
+        return drop_on_vertex(piece, lerp(p, q, share), line, hit) ? hit.z : kAnyHeight;
+      };
+      int best = 0;
+      for (int k = 1; k <= kPlaces; ++k)
+        if (height(1.0 * k / kPlaces) > height(1.0 * best / kPlaces)) best = k;
+      if (height(1.0 * best / kPlaces) == kAnyHeight) continue;
+      double low = std::max(best - 1, 0) / 64.0, high = std::min(best + 1, kPlaces) / 64.0;
+      for (int k = 0; k < 60; ++k) {
+        const double third = (high - low) / 3.0;
+        (height(low + third) < height(high - third) ? low : high) =
+            height(low + third) < height(high - third) ? low + third : high - third;
+      }
+      const double share = 0.5 * (low + high), top = height(share);
+      // Where the wall or a flat bottom reaches the edge the highest point is no maximum of a smooth curve.
+      const double off = 1e-3;
+      const bool is_smooth = height(share - off) > kAnyHeight && height(share + off) > kAnyHeight;
+      ClHit hit;
+      const bool touches = drop_on_edge(piece, p, q, 1e-9, line, hit);
+      if (share > 0.01 && share < 0.99 && is_smooth && top - height(share - off) > 1e-8 &&
+          top - height(share + off) > 1e-8) {
+        ++between;
+        ASSERT_TRUE(touches) << "edge " << i;
+        EXPECT_NEAR(hit.z, top, 1e-6) << "edge " << i;
+      } else if (is_smooth && (share < 1e-6 || share > 1.0 - 1e-6) &&
+                 top - height(share < 0.5 ? off : 1.0 - off) > 1e-6) {
+        ++at_end;
+        EXPECT_FALSE(touches) << "edge " << i;
+      }
+    }
+    EXPECT_TRUE(between > 100u || piece.corner == 0.0) << between;
+    EXPECT_GT(at_end, 100u);
+  }
+}
+
 }  // namespace
 }  // namespace tiltfeed
