@@ -1,6 +1,7 @@
 #include "pathgen/surface/candidates.h"
 
 #include <algorithm>
+#include <functional>
 #include <numeric>
 
 namespace tiltfeed::pathgen {
@@ -65,35 +66,39 @@ bool CandidateSweep::next() {
   const bool first = next_ == 0;
   from_ = first ? all_.front().from : to_;
   const double close = first ? 0.0 : close_;
-  if (ends_ < from_) drop_ended();
+  if (some_end_) drop_ended();
   const std::size_t settled = active_.size();
   while (next_ < all_.size() && all_[next_].from - from_ < close) take_next();
   to_ = next_ < all_.size() ? all_[next_].from : kNowhere;
-  if (to_ == kNowhere || ends_ < to_) {  // else all of them end later
-    double last = from_;
-    for (const Candidate& c : active_) {
-      last = std::max(last, c.to);
-      if (c.to - from_ >= close) to_ = std::min(to_, c.to);
-    }
-    if (to_ == kNowhere) to_ = last;
-  }
+  double last = from_;
+  for (; !ends_.empty() && ends_.front() - from_ < close; some_end_ = true) last = next_end();
+  if (!ends_.empty()) to_ = std::min(to_, ends_.front());
+  if (to_ == kNowhere) to_ = last;
   if (to_ == from_ && !first) return false;
   while (next_ < all_.size() && all_[next_].from <= to_) take_next();
   settle(settled);
   return true;
 }
 
+/// Those that ended by less than `close` beyond the last break.
 void CandidateSweep::drop_ended() {
   std::erase_if(active_, [&](const Candidate& c) { return c.to < from_; });
-  ends_ = std::numeric_limits<double>::infinity();
-  for (const Candidate& c : active_) ends_ = std::min(ends_, c.to);
+  some_end_ = false;
 }
 
 void CandidateSweep::take_next() {
   const Candidate& c = all_[next_++];
   if (c.to < from_) return;
-  ends_ = std::min(ends_, c.to);
+  ends_.push_back(c.to);
+  std::push_heap(ends_.begin(), ends_.end(), std::greater<>());
   active_.push_back(c);
+}
+
+double CandidateSweep::next_end() {
+  const double end = ends_.front();
+  std::pop_heap(ends_.begin(), ends_.end(), std::greater<>());
+  ends_.pop_back();
+  return end;
 }
 
 /// Brings those from `first` on, just taken, to their places; of equals the one taken first comes first.
@@ -104,8 +109,12 @@ void CandidateSweep::settle(std::size_t first) {
     std::stable_sort(taken, active_.end(), higher);
     return std::inplace_merge(active_.begin(), taken, active_.end(), higher);
   }
-  for (auto c = taken; c != active_.end(); ++c)
-    std::rotate(std::upper_bound(active_.begin(), c, *c, higher), c, c + 1);
+  for (auto c = taken; c != active_.end(); ++c) {
+    const Candidate one = *c;
+    const auto place = std::upper_bound(active_.begin(), c, one, higher);
+    std::move_backward(place, c, c + 1);
+    *place = one;
+  }
 }
 
 }  // namespace tiltfeed::pathgen

@@ -46,13 +46,15 @@ class CandidateSweep {
  private:
   void drop_ended();
   void take_next();
+  double next_end();
   void settle(std::size_t first);
 
   std::span<const Candidate> all_;
   double close_, from_ = 0.0, to_ = 0.0;
   std::size_t next_ = 0;  ///< those before it have been taken
   std::vector<Candidate> active_;
-  double ends_ = std::numeric_limits<double>::infinity();  ///< the first of them to end
+  std::vector<double> ends_;  ///< of them, a heap with the first in front; without those below
+  bool some_end_ = false;     ///< too near to the last break for a break of their own
 };
 
 }  // namespace tiltfeed::pathgen
