@@ -132,17 +132,22 @@ CuttingMoves::Middle CuttingMoves::middle_of(const Way& way) const {
           half * distance(from.tip, to.tip), kTurnOfChord * half * length(to.axis - from.axis)};
 }
 
-/// No tool on that way is nearer: seen from the tool the place moves by no more than its tip and its turn do.
-double CuttingMoves::least_gap(Point<Part> place, const Middle& middle) const {
-  const Vec3 w = place - middle.ring;
-  const double h = dot(w, middle.axis), square = squared_length(w);
-  double moves = middle.way;
-  if (middle.turn > 0.0)
-    moves += middle.turn * (std::sqrt(square) + std::abs(height_ + piece_.above_reference) + middle.way);
-  return distance_to_piece(piece_, std::sqrt(std::max(0.0, square - h * h)), h) - moves;
+/// Seen from the tool the place moves from the middle of the way by no more than its tip and its turn do, mm.
+double CuttingMoves::moves_by(Point<Part> place, const Middle& middle) const {
+  if (middle.turn <= 0.0) return middle.way;
+  return middle.way + middle.turn * (distance(place, middle.ring) +
+                                     std::abs(height_ + piece_.above_reference) + middle.way);
 }
 
-double CuttingMoves::gap(Point<Part> place, const Way& way) const {
+/// No tool on that way is nearer.
+double CuttingMoves::least_gap(Point<Part> place, const Middle& middle) const {
+  const Vec3 w = place - middle.ring;
+  const double h = dot(w, middle.axis);
+  return distance_to_piece(piece_, std::sqrt(std::max(0.0, squared_length(w) - h * h)), h) -
+         moves_by(place, middle);
+}
+
+double CuttingMoves::gap(Point<Part> place, const Way& way, const Middle& middle, double least) const {
   const Pose &from = moves_[way.move - 1].pose, &to = moves_[way.move].pose;
   const auto at = [&](double share) {
     const Vec3 axis = normalized(from.axis * (1.0 - share) + to.axis * share);
@@ -160,10 +165,15 @@ double CuttingMoves::gap(Point<Part> place, const Way& way) const {
   }
   // Convex along the move but for the little that the axis turns.
   const double least_at_ends = std::min(at(low).first, at(high).first);
-  const double exact = kShare * (high - low);
+  // The axis turns a little faster where it is half way.
+  const double exact = kShare * (high - low),
+               rate = kTurnOfChord * 2.0 * moves_by(place, middle) / (high - low);
   while (high - low > exact) {
-    const double a = low + (high - low) / 3.0, b = high - (high - low) / 3.0;
-    (at(a).first <= at(b).first ? high : low) = at(a).first <= at(b).first ? b : a;
+    const double third = (high - low) / 3.0, a = low + third, b = high - third;
+    const double at_a = at(a).first, at_b = at(b).first, nearest = std::min(at_a, at_b);
+    // Nowhere is further than a third from one of them.
+    if (nearest - rate * third >= least && least_at_ends >= least) return nearest;
+    (at_a <= at_b ? high : low) = at_a <= at_b ? b : a;
   }
   return std::min(at(low).first, least_at_ends);
 }
@@ -179,7 +189,8 @@ double CuttingMoves::left(Point<Part> place, Point<Part> touching, double enough
   const auto look = [&](std::uint64_t cell) {
     const Slot& slot = find(cell);
     for (std::uint32_t i = slot.first; i < slot.first + slot.count && least > enough; ++i)
-      if (least_gap(place, middles_[i]) < least) least = std::min(least, gap(place, ways_[i]));
+      if (least_gap(place, middles_[i]) < least)
+        least = std::min(least, gap(place, ways_[i], middles_[i], least));
   };
   const auto index = [&](double v) { return static_cast<std::int64_t>(std::floor(v / size_)); };
   look(cell_of(touching));

@@ -61,7 +61,9 @@ class CuttingMoves {
   void take(std::size_t move);
   Middle middle_of(const Way& way) const;
   double least_gap(Point<Part> place, const Middle& middle) const;
-  double gap(Point<Part> place, const Way& way) const;
+  double moves_by(Point<Part> place, const Middle& middle) const;
+  /// The least on that way; where that is no less than `least`, no less than it.
+  double gap(Point<Part> place, const Way& way, const Middle& middle, double least) const;
   double unseen(double radius) const;
 
   const std::vector<Move>& moves_;
