@@ -40,12 +40,12 @@ void PointRules::refuse(const EnvelopePoint& held, RejectedPoints& refusals) con
   }
   Deformation::Angles angles;
   const AxisLine line = field_.deformation.axis_line(held.flat.x, held.flat.y, angles);
-  const auto of_part = [&](PatchId patch) {
+  const auto may_touch = [&](PatchId patch) {
     ClHit hit;
-    return !surface_.piece(patch).at_fixtures && surface_.top(patch, line, hit) &&
-           field_.deformation.in_column(hit.z, angles, 0.0);
+    return surface_.top(patch, line, hit) && field_.deformation.in_column(hit.z, angles, 0.0);
   };
-  if (!field_.index.any_at(held.flat.x, held.flat.y, of_part)) {
+  const auto at_part = [](const ToolPiece& any) { return !any.at_fixtures; };
+  if (!field_.index.any_touched(held.flat.x, held.flat.y, line, {}, surface_, at_part, may_touch)) {
     ++refusals.beside;
     return;
   }

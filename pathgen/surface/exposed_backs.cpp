@@ -85,10 +85,14 @@ class BackLook {
     const Point<Flat> flat = map_.flatten(p);
     const Vec3 axis = map_.axis_at(p);
     const AxisLine line{p - axis * flat.z, axis};
-    return !index_.any_at(flat.x, flat.y, [&](PatchId patch) {
+    const double least = flat.z + margin - kTouching;
+    const auto keeps_above = [&](PatchId patch) {
       ClHit hit;
-      return surface_.top(patch, line, hit) && hit.z - reference_height_ >= flat.z + margin - kTouching;
-    });
+      return surface_.top(patch, line, hit) && hit.z - reference_height_ >= least;
+    };
+    return !index_.any_touched(
+        flat.x, flat.y, line, {.low = least + reference_height_}, surface_,
+        [](const ToolPiece&) { return true; }, keeps_above);
   }
 
   const ClSurface& surface_;

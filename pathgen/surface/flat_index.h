@@ -94,6 +94,40 @@ class FlatIndex {
     return bins_.any_at(
         x, y, [&](std::uint32_t hull) { return holds(box(hull), x, y) && visit(hulls_.hulls[hull].patch); });
   }
+  /// The same for the hulls of pieces for which wanted(piece) is true, until visit(patch) is. `line`: the
+  /// axis line of the place. visit(patch) may be left out where the patch cannot be touched there at
+  /// `heights`. Asked in the list; of many, once they have cost as much as the trees of drops() do, in those.
+  template <class Wanted, class Visit>
+  bool any_touched(double x, double y, const AxisLine& line, DropBvh::Heights heights,
+                   const ClSurface& surface, Wanted wanted, Visit visit) const {
+    std::size_t asked = 0;
+    const auto in_list = [&](std::size_t most) {
+      asked = 0;
+      bool found = false;
+      any_at(x, y, [&](PatchId patch) {
+        if (++asked > most) return true;
+        found = wanted(surface.piece(patch)) && visit(patch);
+        return found;
+      });
+      return found;
+    };
+    bool found = in_list(kMostOfList);
+    if (asked <= kMostOfList) return found;
+    if (drops_after(asked, surface).empty()) {
+      found = in_list(std::numeric_limits<std::size_t>::max());
+      drops_after(asked, surface);
+      return found;
+    }
+    for (const DropBvh& drops : cutter_drops(surface)) {
+      if (!wanted(surface.piece(drops.first()))) continue;
+      drops.each(x, y, line, heights, [&](const DropBvh::Found& one) {
+        if (found || !holds(one, x, y) || !visit(one.patch)) return;
+        found = true, heights.low = std::numeric_limits<double>::infinity();
+      });
+    }
+    return found;
+  }
+
   /// About how many hulls lines in the direction (dx, dy), `step` apart, cut in all.
   double crossings(double dx, double dy, double step) const;
 
@@ -124,6 +158,8 @@ class FlatIndex {
   bool holds(const DropBvh::Found& found, double x, double y) const;
 
  private:
+  /// So many are asked one by one in any case.
+  static constexpr std::size_t kMostOfList = 48;
   bool holds(const FlatBox& box, double x, double y) const {
     return holds_on_a_turn(box, x, y, period_x_, period_y_);
   }

@@ -259,15 +259,73 @@ TEST_P(DropBvhs, LayCurvesInACrowd) {
   ASSERT_EQ(laid.size(), 1u);
   EXPECT_NEAR(laid[0].front().flat.x, curve.front().x, 1e-9);
   EXPECT_NEAR(laid[0].back().flat.x, curve.back().x, 1e-9);
-  for (const EnvelopePoint& p : laid[0]) {
+  const auto highest = [&](double x, double y) {
     Deformation::Angles angles;
-    const AxisLine there = map.axis_line(p.flat.x, p.flat.y, angles);
+    const AxisLine there = map.axis_line(x, y, angles);
     double z = -std::numeric_limits<double>::infinity();
     for (PatchId patch = 0; patch < under_taper.patch_count(); ++patch)
       if (ClHit hit; under_taper.top(patch, there, hit) && map.in_column(hit.z, angles, 0.0))
         z = std::max(z, hit.z);
-    EXPECT_EQ(p.flat.z, z);
+    return z;
+  };
+  for (const EnvelopePoint& p : laid[0]) EXPECT_EQ(p.flat.z, highest(p.flat.x, p.flat.y));
+  // What is between the places of a profile, as in the cells of a grid for contours, lies near to them.
+  const FlatLine line{middle.x, middle.y, 0.6, 0.8, 0.4};
+  ASSERT_TRUE(of_taper.is_crowded(line));
+  const std::vector<HeightSample> profile = heights.profile(line);
+  ASSERT_GE(profile.size(), 2u);
+  EXPECT_LT(profile.front().run, 0.002);
+  EXPECT_GT(profile.back().run, line.length - 0.002);
+  for (std::size_t i = 0; i < profile.size(); ++i) {
+    EXPECT_NEAR(profile[i].z, highest(line.x_at(profile[i].run), line.y_at(profile[i].run)), 1e-9);
+    if (i == 0) continue;
+    for (const double share : {0.25, 0.5, 0.75}) {
+      const double run = std::lerp(profile[i - 1].run, profile[i].run, share);
+      EXPECT_NEAR(std::lerp(profile[i - 1].z, profile[i].z, share), highest(line.x_at(run), line.y_at(run)),
+                  0.03);
+    }
   }
+}
+
+/// Whether anything keeps the tool above a place: asked in the list and, in a crowd, of the trees that come
+/// once the list has cost as much.
+TEST_P(DropBvhs, TellWhatKeepsAboveAPlace) {
+  const CheckedMesh part = rough_sheet(GetParam(), 5, 0.5);
+  const Deformation map(GetParam(), 40.0);
+  const ClSurface surface(part.mesh, part.sides, {wide_pieces()[1], wide_pieces().back()});
+  const FlatIndex index(make_flat_hulls(surface, map, 0.5), map);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> aside(-0.5, 0.5);
+  std::size_t kept = 0, listed = 0, asked = 0;
+  constexpr int kPlaces = 100;
+  for (int n = 0; n < kPlaces; ++n) {
+    const Point<Part> near = part.mesh.vertices[random() % part.mesh.vertices.size()];
+    const Point<Flat> f = map.flatten(near + Vec3{aside(random), aside(random), aside(random)});
+    const AxisLine line = map.axis_line(f.x, f.y);
+    // Of the second piece alone, up to beside its highest place.
+    double top = -std::numeric_limits<double>::infinity();
+    std::size_t in_list = 0;
+    ClHit hit;
+    index.any_at(f.x, f.y, [&](PatchId patch) {
+      if (++in_list; patch >= surface.features() && surface.top(patch, line, hit)) top = std::max(top, hit.z);
+      return false;
+    });
+    for (const double off : {-1.0, -1e-9, 0.0, 1e-9, 1.0}) {
+      std::size_t visited = 0;
+      const bool is_kept = index.any_touched(
+          f.x, f.y, line, {.low = top + off}, surface,
+          [&](const ToolPiece& piece) { return &piece != &surface.pieces().front(); },
+          [&](PatchId patch) {
+            EXPECT_GE(patch, surface.features());
+            return ++visited, surface.top(patch, line, hit) && hit.z >= top + off;
+          });
+      EXPECT_EQ(is_kept, off <= 0.0) << "place " << n << ", off " << off;
+      kept += is_kept ? 1 : 0;
+      if (n >= kPlaces / 2) listed += in_list, asked += visited;
+    }
+  }
+  EXPECT_GT(kept, 250u);
+  EXPECT_LT(asked, listed / 10) << "by the trees";
 }
 
 /// Facets too wide for one hull, of the cutting part and of a guard.

@@ -52,11 +52,13 @@ Mesh mesh_of(const std::vector<Plate>& plates) {
   return mesh;
 }
 
-std::vector<std::uint32_t> exposed(const Mesh& mesh) {
+/// `by_tree`: where many patches lie over a place.
+std::vector<std::uint32_t> exposed(const Mesh& mesh, bool by_tree = false) {
   const ToolPiece ball{.corner = kBall, .outer = kBall};
   const ClSurface surface(mesh, Sides::kOutward, {ball});
   const Deformation fixed(AxisFrame{}, 1.0);
   const FlatIndex index(make_flat_hulls(surface, fixed, 0.1), fixed);
+  EXPECT_NE(by_tree, index.drops_after(by_tree ? 100'000'000 : 0, surface).empty());
   return exposed_backs(surface, fixed, index, kBall);
 }
 
@@ -104,6 +106,43 @@ TEST(Exposure, LiesBetweenAllAndSomeOfTheFacetOpen) {
   EXPECT_GT(covered, 70U);
   EXPECT_GT(partly, 30U);
   EXPECT_GT(beside, 10U);
+}
+
+/// Crumbs, of which a dozen and more lie near enough to hold a ball over each place.
+TEST(Exposure, IsFoundInACrowd) {
+  std::mt19937 random(8);
+  const auto in = [&](double low, double high) { return low + (high - low) * (random() * 0x1.0p-32); };
+  std::vector<Plate> plates;
+  for (int k = 0; k < 900; ++k)
+    plates.push_back({in(0, 20), in(0, 20), in(0.1, 0.6), in(0.1, 0.6), in(0, 12), in(0, 1) < 0.5});
+  const Mesh mesh = mesh_of(plates);
+  const std::vector<std::uint32_t> found = exposed(mesh, true);
+  EXPECT_EQ(found, exposed(mesh, false));
+  std::size_t open = 0, covered = 0;
+  for (std::uint32_t f = 0; f < mesh.facets.size(); ++f) {
+    if (plates[f / 2].up) continue;
+    double lowest = 1e9, highest = -1e9;  // of where the ball stops, over places of the facet
+    const auto& [a, b, c] = mesh.facets[f];
+    for (double u = 0.0; u <= 1.0; u += 0.1)
+      for (double v = 0.0; u + v <= 1.0 + 1e-9; v += 0.1) {
+        const Point<Part> p = mesh.vertices[a] + (mesh.vertices[b] - mesh.vertices[a]) * u +
+                              (mesh.vertices[c] - mesh.vertices[a]) * v;
+        double top = -1e9;
+        for (const Plate& q : plates)
+          if (&q != &plates[f / 2]) top = std::max(top, q.tip(p.x, p.y));
+        lowest = std::min(lowest, top), highest = std::max(highest, top);
+      }
+    const bool is_found = std::binary_search(found.begin(), found.end(), f);
+    if (highest < plates[f / 2].z) {
+      EXPECT_TRUE(is_found) << "facet " << f;
+      ++open;
+    } else if (lowest > plates[f / 2].z) {
+      EXPECT_FALSE(is_found) << "facet " << f;
+      ++covered;
+    }
+  }
+  EXPECT_GT(open, 30u);
+  EXPECT_GT(covered, 300u);
 }
 
 /// So many that they are looked at tile by tile: pairs far apart, a cover over each plate or beside it.
