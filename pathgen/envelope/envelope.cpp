@@ -31,6 +31,8 @@ constexpr double kBelow = 8.0;
 
 /// So many hulls over one place are a crowd: from there on the tree costs less than the list.
 constexpr std::size_t kCrowd = 512;
+/// So few candidates of a line are gone through one by one.
+constexpr std::size_t kFew = 64;
 
 }  // namespace
 
@@ -38,8 +40,8 @@ constexpr std::size_t kCrowd = 512;
 /// until the straight moves fit. Heights come from the patches' closed forms.
 class Profile {
  public:
-  /// `few`: of the candidates, which then are gone through one by one.
-  Profile(Envelope& field, const FlatLine& line, bool few = false)
+  /// `chosen`: the candidates are those that come near the envelope; few are gone through one by one.
+  Profile(Envelope& field, const FlatLine& line, bool chosen = false)
       : field_(field),
         surface_(field.surface_),
         map_(field.map_),
@@ -49,7 +51,7 @@ class Profile {
         flank_(options_.tolerance * kFlankShare),
         wound_(winding(map_, line)),
         sweep_(field.candidates_, moves_.close()),
-        few_(few) {}
+        few_(chosen && field.candidates_.size() <= kFew) {}
 
   LineEnvelope build() {
     if (!sweep_.next()) return {};

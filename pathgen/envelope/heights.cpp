@@ -77,7 +77,9 @@ std::vector<HeightSample> Heights::profile(const FlatLine& line, double z) {
     for (double run : {from, to}) samples.push_back({run, at({line.x_at(run), line.y_at(run)})});
   };
   double end = 0.0;
-  for (const Pass& pass : envelope_.along(line, z).passes) {
+  const LineEnvelope found =
+      envelope_.is_crowded(line) ? envelope_.along_short(line, z) : envelope_.along(line, z);
+  for (const Pass& pass : found.passes) {
     const auto run_of = [&](const EnvelopePoint& p) {
       return (p.flat.x - line.x) * line.dx + (p.flat.y - line.y) * line.dy;
     };

@@ -74,14 +74,18 @@ bool StraightMoves::another_curved_sheet(const Sample& left, const Sample& right
   };
   if (!sharp_ && short_at(active.front().top)) return false;
   const double enough = std::min(close_, right.run - left.run);  // of a sheet, on the line
-  for (const Candidate& c : active) {                            // from the highest down
-    if (static_cast<double>(c.top) <= low) return false;
+  const auto may_rise = [&](const Candidate& c) {
     const double over = std::min(c.to, right.run) - std::max(c.from, left.run);
-    if (over < 0.0 || surface_.is_face(c.patch)) continue;
+    if (over < 0.0 || surface_.is_face(c.patch)) return false;
     if (sharp_ && is_sharp(surface_.piece(c.patch)) && !core_keeps_off(c.patch, a, b)) return true;
-    if (c.patch == a.patch || c.patch == b.patch) continue;
-    if (over >= enough && !short_at(c.top) && !keeps_off(c.patch, a, b)) return true;
-  }
+    if (c.patch == a.patch || c.patch == b.patch) return false;
+    return over >= enough && !short_at(c.top) && !keeps_off(c.patch, a, b);
+  };
+  const auto is_below = [&](const Candidate& c) { return static_cast<double>(c.top) <= low; };
+  // On moves side by side it is mostly the same one.
+  if (rose_ < active.size() && !is_below(active[rose_]) && may_rise(active[rose_])) return true;
+  for (std::size_t i = 0; i < active.size() && !is_below(active[i]); ++i)  // from the highest down
+    if (may_rise(active[i])) return rose_ = i, true;
   return false;
 }
 

@@ -16,6 +16,7 @@ struct Sample {
   EnvelopePoint point;
 };
 
+/// One object a thread.
 class StraightMoves {
  public:
   /// Both must outlive it. `stretch`: no mm of the line is more on the CL surface, mm.
@@ -75,7 +76,8 @@ class StraightMoves {
   /// sagitta, the tolerance.
   double curved_step_;
   double close_;
-  bool sharp_;  ///< a piece has a sharp lower edge
+  bool sharp_;                    ///< a piece has a sharp lower edge
+  mutable std::size_t rose_ = 0;  ///< which of the active did last
 };
 
 }  // namespace tiltfeed::pathgen
