@@ -67,7 +67,6 @@ bool CandidateSweep::next() {
   from_ = first ? all_.front().from : to_;
   const double close = first ? 0.0 : close_;
   if (some_end_) drop_ended();
-  const std::size_t settled = active_.size();
   while (next_ < all_.size() && all_[next_].from - from_ < close) take_next();
   to_ = next_ < all_.size() ? all_[next_].from : kNowhere;
   double last = from_;
@@ -76,13 +75,16 @@ bool CandidateSweep::next() {
   if (to_ == kNowhere) to_ = last;
   if (to_ == from_ && !first) return false;
   while (next_ < all_.size() && all_[next_].from <= to_) take_next();
-  settle(settled);
   return true;
 }
 
 /// Those that ended by less than `close` beyond the last break.
 void CandidateSweep::drop_ended() {
-  std::erase_if(active_, [&](const Candidate& c) { return c.to < from_; });
+  const auto is_ended = [&](const Candidate& c) { return c.to < from_; };
+  const auto taken = active_.begin() + static_cast<std::ptrdiff_t>(settled_);
+  const auto kept = std::remove_if(active_.begin(), taken, is_ended);
+  settled_ = static_cast<std::size_t>(kept - active_.begin());
+  active_.erase(std::move(taken, std::remove_if(taken, active_.end(), is_ended), kept), active_.end());
   some_end_ = false;
 }
 
@@ -101,11 +103,13 @@ double CandidateSweep::next_end() {
   return end;
 }
 
-/// Brings those from `first` on, just taken, to their places; of equals the one taken first comes first.
-void CandidateSweep::settle(std::size_t first) {
+/// Brings those just taken to their places; of equals the one taken first comes first.
+void CandidateSweep::settle() {
   const auto higher = [](const Candidate& a, const Candidate& b) { return a.top > b.top; };
-  const auto taken = active_.begin() + static_cast<std::ptrdiff_t>(first);
-  if (active_.size() - first > kFew) {
+  const auto taken = active_.begin() + static_cast<std::ptrdiff_t>(settled_);
+  const bool many = active_.size() - settled_ > kFew;
+  settled_ = active_.size();
+  if (many) {
     std::stable_sort(taken, active_.end(), higher);
     return std::inplace_merge(active_.begin(), taken, active_.end(), higher);
   }

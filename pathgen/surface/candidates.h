@@ -41,18 +41,22 @@ class CandidateSweep {
   double from() const { return from_; }
   double to() const { return to_; }
   /// All that overlap the stretch, those that may be highest first.
-  const std::vector<Candidate>& active() const { return active_; }
+  const std::vector<Candidate>& active() {
+    if (settled_ < active_.size()) settle();
+    return active_;
+  }
 
  private:
   void drop_ended();
   void take_next();
   double next_end();
-  void settle(std::size_t first);
+  void settle();
 
   std::span<const Candidate> all_;
   double close_, from_ = 0.0, to_ = 0.0;
   std::size_t next_ = 0;  ///< those before it have been taken
   std::vector<Candidate> active_;
+  std::size_t settled_ = 0;   ///< so many of them are in order, those behind were just taken
   std::vector<double> ends_;  ///< of them, a heap with the first in front; without those below
   bool some_end_ = false;     ///< too near to the last break for a break of their own
 };

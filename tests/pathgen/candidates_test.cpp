@@ -48,6 +48,7 @@ TEST(CandidateSweep, GoesFromBreakToBreakWithAllThatOverlap) {
       const double from = breaks[i == 0 ? 0 : i - 1], to = breaks[i];
       ASSERT_EQ(sweep.from(), from);
       ASSERT_EQ(sweep.to(), to);
+      if ((round + i) % 3 == 1) continue;  // whether it was asked before does not matter
       std::vector<Candidate> expected;
       for (const Candidate& c : all)
         if (c.from <= to && c.to >= from) expected.push_back(c);
