@@ -3,6 +3,7 @@
 // tree of the index. Both find the same; which costs less hangs on the part. (S8) in
 // pathgen/surface/README.md.
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -25,7 +26,9 @@ class LookChoice {
     if (list.cost <= kMuch || (!tree.known && !has_tree(static_cast<std::size_t>(kTrial * list.cost)))) {
       look_ = kList, trial_ = false;
     } else if (trial_) {
-      look_ = tree.cost < list.cost ? kTree : kList, trial_ = false, places_ = kKept;
+      look_ = tree.cost < list.cost ? kTree : kList, trial_ = false;
+      const double dearer = std::max(tree.cost, list.cost) / std::max(1.0, std::min(tree.cost, list.cost));
+      places_ = static_cast<int>(std::clamp(kTrialShare * dearer, double{kKept}, double{kLongest}));
     } else {
       look_ = look_ == kTree ? kList : kTree, trial_ = true;
     }
@@ -35,8 +38,10 @@ class LookChoice {
   enum Look : std::size_t { kList, kTree };
   /// A list that costs less at a place is not worth leaving.
   static constexpr double kMuch = 48.0;
-  /// The better way serves for so many places; then the other is tried for a few.
-  static constexpr int kKept = 1024, kTrial = 8;
+  /// The better way serves for so many places; then the other is tried for a few. One that is many times as
+  /// dear is tried later, up to kLongest, so that trials take some 5 % of the time.
+  static constexpr int kKept = 1024, kTrial = 8, kLongest = 16 * kKept;
+  static constexpr double kTrialShare = 20.0 * kTrial;
   /// Share of the newest place in the mean.
   static constexpr double kNewest = 1.0 / 64.0;
 

@@ -67,6 +67,13 @@ TEST(LookChoice, GoesByTheMean) {
   EXPECT_LT(looked.cost, 120.0);
 }
 
+/// What is hundreds of times as dear is tried seldom: trials would cost the most.
+TEST(LookChoice, SeldomTriesWhatIsFarDearer) {
+  const Looked looked = look(always(50'000), always(100));
+  EXPECT_GT(looked.by_tree, 0.99);
+  EXPECT_LT(looked.cost, 150.0);
+}
+
 /// Slowly, by few trials.
 TEST(LookChoice, ChangesWithThePart) {
   const Cost list = [](int place) { return place < kPlaces / 2 ? 1000u : 60u; };
