@@ -32,10 +32,18 @@ class ServedJobs {
     config.watch = watch_;
     return config;
   }
+  /// The system gives a pseudo-terminal's number to the next one as soon as its machine is gone: a service of
+  /// another test may still claim it, until it has left.
   void open(const MachineModel& machine, const std::string& link) {
-    auto jobs = JobService::open(config(machine, link), [] {});
-    ASSERT_TRUE(jobs) << jobs.error().message;
-    jobs_ = std::make_unique<JobService>(std::move(*jobs));
+    const auto end = std::chrono::steady_clock::now() + patience_;
+    for (;; std::this_thread::sleep_for(std::chrono::milliseconds(20))) {
+      auto jobs = JobService::open(config(machine, link), [] {});
+      const bool claimed = !jobs && jobs.error().message.find(" serves already") != std::string::npos;
+      if (claimed && std::chrono::steady_clock::now() < end) continue;
+      ASSERT_TRUE(jobs) << jobs.error().message;
+      jobs_ = std::make_unique<JobService>(std::move(*jobs));
+      return;
+    }
   }
   /// As at SIGTERM.
   void leave() {
