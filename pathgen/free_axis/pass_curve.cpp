@@ -22,8 +22,9 @@ PassCurve::PassCurve(const ClChain& chain, const FreeAxis& wish) : chain_(chain)
 
 std::size_t PassCurve::index(double way) const {
   const auto after = std::upper_bound(way_.begin(), way_.end(), way);
-  const auto i = static_cast<std::size_t>(after - way_.begin());
-  return std::clamp<std::size_t>(i, 1, way_.size() - 1);
+  auto i = std::clamp<std::size_t>(static_cast<std::size_t>(after - way_.begin()), 1, way_.size() - 1);
+  while (i > 1 && way_[i] == way_[i - 1]) --i;  // the pass ends with the same place twice
+  return i;
 }
 
 ClPoint PassCurve::at(double way) const {

@@ -150,5 +150,15 @@ TEST(FreeTurn, ItsDefaultIsTheLesserOfCutterAndMachine) {
   }
 }
 
+/// A pass may end with the same place twice.
+TEST(PassCurve, ItsEndIsAPlaceWhereItsLastPointIsRepeated) {
+  ClChain chain;
+  for (const double x : {0.0, 1.0, 3.0, 3.0, 3.0}) chain.points.push_back({{x, 0, 0}, {0, 0, 1}});
+  const PassCurve curve(chain, {});
+  for (const double way : {2.0, curve.length(), curve.length() + 1.0})
+    EXPECT_EQ(curve.at(way).centre.x, std::min(way, 3.0));
+  EXPECT_NEAR(curve.wished(curve.length()).z, 1.0, 1e-12);
+}
+
 }  // namespace
 }  // namespace tiltfeed
