@@ -32,13 +32,12 @@ int main_direction(const std::vector<ToolMoves>& operations) {
 }
 
 double lines_apart(const Mesh& blank, const std::vector<ToolMoves>& operations) {
-  Vec3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
-  for (const Point<Part>& p : blank.vertices)
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)},
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  Box box{blank.vertices.front(), blank.vertices.front()};
+  for (const Point<Part>& p : blank.vertices) box = grown(box, p);
+  const Vec3 size = box.max - box.min;
   double least = 1e300;
   for (const ToolMoves& one : operations) least = std::min(least, kApartShare * one.cutter->diameter);
-  return std::max(least, std::max({high.x - low.x, high.y - low.y, high.z - low.z}) / kMostLines);
+  return std::max(least, std::max({size.x, size.y, size.z}) / kMostLines);
 }
 
 /// Poses along the feed moves, near enough to each other.
@@ -91,6 +90,14 @@ class Poses {
   bool fresh_ = true;               ///< a rapid was before
 };
 
+/// All of the tool at each pose, solid after solid.
+void place(const std::vector<Poses::Sample>& samples, const std::vector<RoundSolid>& solids, int along,
+           std::vector<PlacedSolid>& placed) {
+  placed.clear(), placed.reserve(samples.size() * solids.size());
+  for (const Poses::Sample& sample : samples)
+    for (const RoundSolid& solid : solids) placed.emplace_back(solid, sample.pose, along);
+}
+
 /// Adds what is found of one part of the tool.
 class Stretches {
  public:
@@ -132,9 +139,7 @@ void StockLeft::clear(const ToolMoves& operation) {
   std::vector<PlacedSolid> placed;
   Poses poses(operation, lines_.apart());
   while (samples.clear(), poses.next(kBatch, samples)) {
-    placed.clear(), placed.reserve(samples.size() * solids.size());
-    for (const Poses::Sample& sample : samples)
-      for (const RoundSolid& solid : solids) placed.emplace_back(solid, sample.pose, lines_.along());
+    place(samples, solids, lines_.along(), placed);
     tbb::parallel_for(std::size_t{0}, lines_.rows(), [&](std::size_t row) {
       for (const PlacedSolid& one : placed)
         if (lines_.in_row(row, one)) lines_.cut(row, one);
@@ -161,9 +166,7 @@ std::optional<StockOnCuts> StockLeft::cut(const ToolMoves& operation, const Repo
   Poses poses(operation, lines_.apart());
   while (samples.clear(), poses.next(kBatch, samples)) {
     if (report && !report(poses.share())) return std::nullopt;
-    placed.clear(), placed.reserve(samples.size() * count);
-    for (const Poses::Sample& sample : samples)
-      for (const RoundSolid& solid : solids) placed.emplace_back(solid, sample.pose, lines_.along());
+    place(samples, solids, lines_.along(), placed);
     tbb::parallel_for(std::size_t{0}, lines_.rows(), [&](std::size_t row) {
       touches[row].clear();
       for (std::size_t i = 0; i < placed.size(); ++i) {
