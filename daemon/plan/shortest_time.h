@@ -33,9 +33,9 @@ std::uint32_t rounds_of(const MachineModel& machine);
 
 /// `own`: the job as it is, planned with what it leaves. Tries other directions of the passes, of raster,
 /// split and rough. Evenly spaced rows are planned with a quarter of them first, and only the quickest whole.
-/// Evenly spaced rows of a ball may also go as far apart as ridges allow (StepMeasure::kRidge) that are no
-/// higher than its own rows leave on most of the surface, or than Pattern::optimise_scallop, in the best
-/// direction and its own. Each plan is like the job's own but for that;
+/// Evenly spaced rows of a ball may also go as far apart as ridges allow (StepMeasure::kRidge), in the best
+/// direction and its own. These are no higher than what its own rows leave on most of the surface, or than
+/// Pattern::optimise_scallop. Each plan is like the job's own but for that;
 /// rows further apart are joined over twice the distance. Where many of the best plan's rows are closed they
 /// are then joined without turning back, too. Properties: 1 What is taken leaves no more
 /// between passes (or than that scallop), no more of the surface over the limit, no more uncut, and not a
